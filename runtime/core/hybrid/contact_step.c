@@ -100,11 +100,20 @@ static enum outcome fly(struct phase *f, struct step_room *r, double t, double h
     return outcome ? outcome : project_velocity(s, q, r->free);
 }
 
-/* Whether events of a contact that has had no room for many in a row have led to steps: its bounces are over, however fast what moves between others still is, and
- * what it would give back it would give back to within no time. What loses nothing bounces on. */
-static int is_over(const struct phase *f, int contact)
+/* Whether a contact has had no room for many events in a row */
+static int has_no_room(const struct phase *f, int contact)
 {
-    return f->tight[contact] > (int)EACH && f->met[contact] > (int)ORDINARY && f->s->restitution[contact] < 1.0;
+    return f->tight[contact] > (int)EACH && f->met[contact] > (int)ORDINARY;
+}
+
+/* Whether bounces of those that have no room are over, however fast what moves between others still is: what one would give back it would give back to within no time.
+ * Where none of them loses anything they bounce on. */
+static int bounces_are_over(const struct phase *f)
+{
+    for (int c = 0; c < f->s->model->contacts; c++)
+        if (has_no_room(f, c) && f->s->restitution[c] < 1.0)
+            return 1;
+    return 0;
 }
 
 /* The contacts that are closed in the middle of the step: *count of them, the set in f->set. The speed (m/s) that accelerations give
@@ -126,9 +135,10 @@ static enum outcome closed_contacts(struct phase *f, struct step_room *r, const 
             *gained = fmax(*gained, fabs(f->rates[c] - r->before[c]));
         }
     const enum outcome outcome = leave_out_immovable(f, r->middle, count, f->set);
+    const int over = bounces_are_over(f);
     for (int i = 0; i < *count; i++) {
         const int c = f->set[i], strikes = r->before[c] < -2.0 * *gained;
-        r->e[i] = strikes && !is_over(f, c) ? s->restitution[c] : 0.0;
+        r->e[i] = strikes && !(over && has_no_room(f, c)) ? s->restitution[c] : 0.0;
     }
     return outcome;
 }
