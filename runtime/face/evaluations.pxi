@@ -130,6 +130,11 @@ cdef class Evaluations:
         return self.m.hash.decode()
 
     @property
+    def works(self):
+        """Whether effects without a potential do work."""
+        return self.m.power is not NULL
+
+    @property
     def friction(self):
         """Coefficient of friction of every contact, (contacts,)."""
         return np.array(self.friction_)[: self.m.contacts]
