@@ -151,7 +151,10 @@ class Seen:
 
 
 def seen(before: Seen | None, run: Run, signals: Sequence[Signal], armed: Sequence[bool]) -> Seen:
-    """What has come along a run, of which less was seen ``before``; which signals are ``armed`` where it begins."""
+    """What has come along a run, of which less was seen ``before``; which signals are ``armed`` where it begins. A run
+    that has fewer rows than were seen, since it is cut where it ends at a dead point, is looked at anew."""
+    if before is not None and len(before.run.t) > len(run.t):
+        before = None
     if before is not None and len(before.run.t) == len(run.t):
         return replace(before, run=run)
     parts: list[list[Watched]] = [[one] for one in before.found] if before is not None else [[] for _ in signals]

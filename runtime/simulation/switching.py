@@ -226,6 +226,7 @@ def _looked_at(
         assert before is not None
         walk.nfev += before.nfev
         return before, instant
+    looked = min(looked, _last_before(run))  # a run is cut where it ends at a dead point
     return run, _instant(walk, run, begins, looked)
 
 

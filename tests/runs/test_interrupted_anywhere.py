@@ -141,15 +141,20 @@ def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) ->
     assert_same_beginning(Press().during(model, **options), whole)
     counted = Press()  # of a second run: the first makes what later ones find
     counted.during(model, **options)
-    kept = []
+    kept, missed = [], 0
     for at in np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist():
-        run = Press(at).during(model, **options)
+        press = Press(at)
+        run = press.during(model, **options)
         assert_same_beginning(run, whole)
+        if press.count < at:  # the very last call: runs differ by a few, as by what Python tidies up meanwhile
+            assert run.success
+            missed += 1
+            continue
         assert not run.success and run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", at
         if run.t[-1] < whole.t[-1]:
             kept.append(len(run.t))
             assert run.nfev > 0 or len(run.t) == 1
-    assert not kept or kept == sorted(kept)
+    assert missed <= 1 and (not kept or kept == sorted(kept))
 
 
 def test_ctrl_c_at_the_end_of_many_runs_marks_the_last(workshop: Workshop) -> None:
