@@ -242,7 +242,7 @@ CASES: dict[str, tuple[str, str, str, int, str, tuple[str, ...]]] = {
         ("[[link]]",),
     ),
     "twice the same key": (GOOD, "links = 4", "links = 4\nlinks = 5", 4, "", ("no valid TOML",)),
-    "no TOML": (GOOD, "links = 4", "links 4", 3, "", ("no valid TOML", "correct the line")),
+    "no TOML": (GOOD, "links = 4", "links 4", 3, "", ("no valid TOML", "write KEY = VALUE")),
     "unknown link": (
         BARS,
         'between = ["crank.B", "rocker.A"]',

@@ -140,7 +140,7 @@ def test_every_key_has_stand_ins(kind: str) -> None:
     known = Names(("j", "k"), ("a", "b"), ("a.A", "b.B"), ("a.A", "b.B"))
     example = table_of(tomllib.loads(SCENES[kind]), kind)
     for key in model.model_fields:
-        values = [stand_in(model, (key,), number, known) for number in range(2)]
+        values = [stand_in(model, (key,), None, number, known) for number in range(2)]
         for value in values:
             model.model_validate(example | {key: value})
         assert values[0] != values[1] or values[0] in ([], {}), key
