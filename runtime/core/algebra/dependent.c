@@ -11,8 +11,20 @@
 /* Times what is no pivot: what is left of a solution that is rounding */
 static const double ROUNDED = 10.0;
 
+/* root[n] = roots of the diagonal of W, in a unit that is a power of two: other units of W, a power of two apart, change no bit of them */
+static void write_roots(int n, const double *W, double *root)
+{
+    double most = 0.0;
+    int exponent = 0;
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs(W[(size_t)i * (n + 1)]));
+    frexp(most, &exponent);
+    for (int i = 0; i < n; i++)
+        root[i] = sqrt(ldexp(fabs(W[(size_t)i * (n + 1)]), -exponent));
+}
+
 /* Whether W x misses r by more than rounding */
-static int misses(int n, const double *W, const double *r, const double *x)
+static int misses(int n, const double *W, const double *r, const double *x, const double *root)
 {
     double whole = 0.0, worst = 0.0;
     for (int i = 0; i < n; i++) {
@@ -21,8 +33,8 @@ static int misses(int n, const double *W, const double *r, const double *x)
             left += W[(size_t)i * n + j] * x[j];
             size += fabs(W[(size_t)i * n + j] * x[j]);
         }
-        worst = fmax(worst, fabs(left) / sqrt(fabs(W[(size_t)i * (n + 1)])));
-        whole = fmax(whole, size / sqrt(fabs(W[(size_t)i * (n + 1)])));
+        worst = fmax(worst, fabs(left) / root[i]);
+        whole = fmax(whole, size / root[i]);
     }
     return !(worst <= ROUNDED * DEPENDENT_PIVOT * whole);
 }
@@ -31,7 +43,7 @@ int solve_dependent(struct arena *arena, int n, const double *W, const double *r
 {
     const struct mark mark = arena->top;
     double *g = TAKE(arena, double, (size_t)n *n), *diagonal = TAKE(arena, double, n), *beta = TAKE(arena, double, n),
-           *length = TAKE(arena, double, n), *b = TAKE(arena, double, n);
+           *length = TAKE(arena, double, n), *b = TAKE(arena, double, n), *root = TAKE(arena, double, n);
     int *order = TAKE(arena, int, n), wrong = 1;
     struct least_norm room;
     take_least_norm(arena, &room, n);
@@ -40,13 +52,14 @@ int solve_dependent(struct arena *arena, int n, const double *W, const double *r
     for (int i = 0; i < n; i++)
         if (!(fabs(W[(size_t)i * (n + 1)]) > 0.0))
             goto end;
+    write_roots(n, W, root);
     for (int i = 0; i < n; i++)
-        b[i] = r[i] / sqrt(fabs(W[(size_t)i * (n + 1)]));
+        b[i] = r[i] / root[i];
     for (int j = 0; j < n; j++) { /* columns of one length, of rows in units of the root of an energy */
         double square = 0.0;
         order[j] = j;
         for (int i = 0; i < n; i++) {
-            const double entry = W[(size_t)i * n + j] / sqrt(fabs(W[(size_t)i * (n + 1)]));
+            const double entry = W[(size_t)i * n + j] / root[i];
             g[(size_t)j * n + i] = entry;
             square += entry * entry;
         }
@@ -61,7 +74,7 @@ int solve_dependent(struct arena *arena, int n, const double *W, const double *r
     find_least_norm(n, n, rank, g, beta, b, &room, x);
     for (int j = 0; j < n; j++)
         x[j] *= weight[j];
-    wrong = misses(n, W, r, x);
+    wrong = misses(n, W, r, x, root);
 end:
     give_back(arena, mark);
     return wrong;
