@@ -343,9 +343,7 @@ def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop:
     found = history(run)
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1]).max(axis=1)
     assert found.beside.any() and found.beside[np.argmax(sizes)]
-    told = [
-        largest_at_joints(one) for one in (run, simulate(run.model), simulate(run.model, method="dop853"))
-    ]
+    told = [largest_at_joints(one) for one in (run, simulate(run.model), simulate(run.model, method="dop853"))]
     assert told == pytest.approx([told[0]] * 3, rel=0.05) and told[0] < 0.3 * sizes.max()
 
 
