@@ -209,6 +209,7 @@ static enum outcome replace(struct gauss *g, struct system *s, double t, double 
 /* What the last step leaves to the next, if it was accepted, or dy, the derivative at y, right after a restart */
 static void go_on(struct gauss *g, const struct system *s, double t, const double *dy)
 {
+    g->fresh = !g->tried || (g->fresh && t == g->t);
     if (!g->tried) {
         memcpy(g->begin, dy, s->size * sizeof *dy);
         g->begun = 1;

@@ -20,6 +20,7 @@ struct gauss {
         along; /* part of the tolerance that the last sweep may change where it still changes more across the closure; else 0 */
     double grain;     /* rounding, in tolerances */
     double noise;     /* and of a velocity in its unit */
+    int fresh;        /* whether this is the first step after a restart */
     int begun, ended; /* whether `begin` and `end` are known */
     int n, rows, lanes;
     double *f, *g;            /* [rows][STAGES] accelerations, and those of the next sweep */

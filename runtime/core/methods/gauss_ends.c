@@ -9,6 +9,9 @@
  * two last together by `shrink` against the two before, the missing ones sum up to about sqrt(shrink) times the last. Twice that is `explained`,
  * and what rounding leaves of the accelerations, carried on to the end. The rest lasts up to the next stage at most, and changes the velocities by
  * no more than that times the way there.
+ *
+ * Where a run begins anew that is done for every model, further on for those with loads that have no potential, or switch: what follows from a smooth
+ * potential alone does not set in.
  */
 #include "methods/gauss.h"
 
@@ -59,7 +62,7 @@ enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, dou
     const double t1 = just_before(t + h, h);
     memset(missed, 0, 2 * s->size * sizeof *missed);
     g->ended = 0;
-    if (s->projects_stages)
+    if (s->projects_stages || !(g->fresh || s->size > 2 * s->n || s->model->switches))
         return OUTCOME_DONE;
     enum outcome outcome = g->begun ? OUTCOME_DONE : system_derivative(s, t, y, g->begin);
     g->begun = !outcome;
