@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from dataclasses import fields
 from functools import cache
@@ -11,6 +10,7 @@ from typing import get_args
 
 import pytest
 
+from ccgen.generator.compile import core_recipe
 from ccgen.generator.effect_base.contact import Law
 from ccgen.generator.package import parts
 from ccgen.generator.write_c.precision import PRECISIONS
@@ -189,14 +189,10 @@ def test_laws_of_scenes_are_those_of_the_core() -> None:
 
 
 def test_precisions_are_those_of_the_runtime() -> None:
-    """Each has a compiled core, which setup.py makes."""
-    assert set(PRECISIONS) == set(CORES)
-    (made,) = [
-        ast.literal_eval(node.value)
-        for node in ast.parse((ROOT / "setup.py").read_text()).body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PRECISIONS"
-    ]
-    assert set(made) == set(CORES.values())
+    """Each has a compiled core, by the recipe that setup.py follows too."""
+    assert set(PRECISIONS) == set(CORES) == set(core_recipe.PRECISIONS) == set(core_recipe.MODULES)
+    made = {core_recipe.MODULES[name]: number for name, number in core_recipe.PRECISIONS.items()}
+    assert set(made) == set(CORES.values()) and "core_recipe" in (ROOT / "setup.py").read_text()
     face_header = (CORE / "interface" / "face.h").read_text()
     capsules = dict(re.findall(r'(?:CCGEN_PRECISION == (\d)|#else)\n#define CCGEN_CAPSULE "(.*)"', face_header))
     for name, precision in PRECISIONS.items():
