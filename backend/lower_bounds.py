@@ -26,9 +26,7 @@ def lower_bounds(text: str, extra: str = "test") -> list[str]:
                 continue
             bound = BOUND.fullmatch(requirement)
             if bound is None:
-                raise ValueError(
-                    f"pyproject.toml: found the requirement {requirement!r}, expected a name, >= and a version"
-                )
+                raise ValueError(f"pyproject.toml: found {requirement!r}, expected a name, >= and a version")
             yield f"{bound[1]}=={bound[2]}"
 
     return list(dict.fromkeys([*wanted(project["dependencies"]), *wanted(extras[extra])]))
