@@ -22,7 +22,9 @@ def title_of(run: Record, settings: Mapping[str, object] | None = None) -> str:
 
 
 def _changed(run: Record) -> dict[str, float]:
-    """The parameters with other values than in the scene."""
+    """The parameters with other values than in the scene; none of a model that says nothing of its parameters."""
     model: Any = run.model
+    if not hasattr(model, "data"):
+        return {}
     declared = {one["path"]: one["value"] for one in model.data["parameters"]}
     return {path: value for path, value in model.parameters.items() if value != declared.get(path, value)}

@@ -79,14 +79,14 @@ def test_the_second_build_derives_and_compiles_nothing(cache: Path, tmp_path: Pa
 def started(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is started, each by what is said of it if it fails; but what only reads sources."""
     found: list[str] = []
-    run = compiler._run
+    run = compiler.run_command
 
     def told(command: tuple[str, ...], folder: Path, what: str) -> str:
         if "-E" not in command:
             found.append(what)
         return run(command, folder, what)
 
-    monkeypatch.setattr(compiler, "_run", told)
+    monkeypatch.setattr(compiler, "run_command", told)
     return found
 
 
