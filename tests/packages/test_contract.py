@@ -41,7 +41,7 @@ def test_a_model_with_everything_gives_every_member(tmp_path: Path) -> None:
     file = tmp_path / "everything.toml"
     file.write_text(SCENE_WITH_EVERYTHING)
     source, _ = Written(load_scene(file), tmp_path).source(
-        "everything", {"partner": [0], "driven": [0, -1], "latched_at": [0]}, derivatives=True
+        "everything", {"partner": [0], "driven": [0, -1], "latched_at": [0], "sides": [1]}, derivatives=True
     )
     descriptor = source.partition("const struct ccgen_model ")[2]
     assert sorted(re.findall(r"^    \.(\w+) = ", descriptor, re.M)) == sorted(members(headers(), "ccgen_model"))

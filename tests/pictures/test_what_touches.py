@@ -109,10 +109,10 @@ def test_a_table_of_forces_has_no_joint_that_the_scene_has_not(falling: Run, tmp
     """Links that move freely are placed by joints of their own, on which nothing acts."""
     assert len(falling.model.joints) > 0 == len(falling.model.drawn_joints)
     heading, *rows = list(csv.reader(write_csv(falling, tmp_path / "forces.csv").read_text().splitlines()))
-    assert {column.partition(":")[0] for column in heading[1:]} == {
-        "box.A on ground_0",
-        "box.B on ground_0",
-        "ball.M on touch_0",
+    assert {column.rpartition(".")[0] for column in heading[1:]} == {
+        "ground_0.box.A",
+        "ground_0.box.B",
+        "touch_0.ball.M",
     }
     assert all(len(row) == len(heading) for row in rows)
 
