@@ -15,6 +15,7 @@ from ccgen.runtime import ensemble, run_function, sensitivities, simulate
 
 from ..support.command_line import ccgen
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 WHEELS = """
@@ -216,7 +217,8 @@ def told(model: Any) -> list[str]:
     given of two links, that which leaves it so."""
     if model.name == "slot":
         return ["pin.axis", "arm.mass"]
-    return [path for path in model.parameters if path not in model.data["rests_on"] and not path.endswith(FOLLOWS)]
+    known = [path for path in model.parameters if path not in model.data["rests_on"] and not path.endswith(FOLLOWS)]
+    return [path for path in known if ".normal." not in path]  # it has the length 1 in a file
 
 
 def poses(model: Any, state: Any) -> Any:
@@ -323,8 +325,7 @@ def shipped() -> list[str]:
     return sorted(str(file.relative_to(ROOT / "scenes")) for file in every)
 
 
-@pytest.mark.sample(4)
-@pytest.mark.parametrize("file", shipped())
+@pytest.mark.parametrize("file", all_hard_but("four-bar.toml", "open-chain.toml", "parallelogram.toml", of=shipped()))
 def test_shipped_scenes_begin_as_their_files_with_every_number(file: str, workshop: Workshop) -> None:
     scene = load_scene(ROOT / "scenes" / file)
     model = workshop.model(scene)
