@@ -113,6 +113,22 @@ def test_a_flat_ring_slides_slowly(speed: float, method: str, workshop: Workshop
     assert run.u[-1, 0] == pytest.approx(speed, rel=1e-5, abs=1e-13)
 
 
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+def test_a_rough_ring_lies_flat_and_still(method: str, workshop: Workshop) -> None:
+    """Its heights are zero to rounding, and nothing is in motion but what an impact left: no energy to measure steps by
+    but what its weight would work along that rounding."""
+    model = workshop.model(loop(6, gravity=True, ground=[{"restitution": 0.3, "friction": 0.4}]))
+    angles = np.pi * np.array([0, 1, 1, 1, 2, 2])
+    sides = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(sides[:-1], axis=0)])
+    poses = np.column_stack([places, angles])
+    q, u = model.state_from_poses(poses, np.tile([1e-14, 0.0, 0.0], (6, 1)))
+    run = simulate(model, q, u, until=10.0, method=method)
+    assert run.success, run.message
+    assert len(run.t) <= 50
+    assert np.max(np.abs(run.q[-1] - q)) <= 1e-12
+
+
 @pytest.mark.parametrize(("method", "deepest"), [("dop853", 3e-12), ("gauss", 1e-11)])
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.8])
 def test_a_flap_falls_flat_and_bounces(e: float, method: str, deepest: float, workshop: Workshop, reach: Reach) -> None:

@@ -106,8 +106,8 @@ STEPS_BY = 1.0
 """When (s) the ring has gone by time stepping for a while, and falls flat on the ground no more often than once."""
 LATER = ("trebuchet", "jack-in-a-box", "simplest-walker")
 """Runs put together from pieces, each of which is a run of its own."""
-ROUGH = ("cam-follower", "loose-slider-crank")
-"""Whose friction is that of cams and journals: where it acts this balance does not know."""
+ROUGH = ("cam-follower", "loose-slider-crank", "strandbeest-walking")
+"""Whose friction is that of cams, journals or links on links: where it acts this balance does not know."""
 
 
 @pytest.mark.parametrize(

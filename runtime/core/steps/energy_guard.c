@@ -44,15 +44,18 @@ static int guarded(const struct phase *f)
     return f->s->model->rows && (f->s->model->contacts || f->at.passage != FREE);
 }
 
-/* J: what the forces of smooth contacts that are held would work in the step if they pushed along the motion. They do not, but for their
- * rounding: what lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. */
+/* J: what the forces of held contacts would work along the mechanism's length, to whose rounding a place is known: what lies still where heights are
+ * counted from has no other energy to be measured by. And what those of smooth ones would work in the step if they pushed along the motion. They do not, but
+ * for their rounding: what lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. */
 static double pressed(const struct phase *f)
 {
     const struct system *s = f->s;
-    double force = 0.0;
-    for (int i = 0; i < active_count(s); i++)
-        force += s->active->mode[i] == FRICTIONLESS ? fabs(s->active->force[i]) : 0.0;
-    return force > 0.0 ? force * s->length * fastest(s, f->y + s->n) * f->h : 0.0;
+    double force = 0.0, smooth = 0.0;
+    for (int i = 0; i < active_count(s); i++) {
+        force += fabs(s->active->force[i]);
+        smooth += s->active->mode[i] == FRICTIONLESS ? fabs(s->active->force[i]) : 0.0;
+    }
+    return s->length * (force + (smooth > 0.0 ? smooth * fastest(s, f->y + s->n) * f->h : 0.0));
 }
 
 double energy_residual(struct phase *f)
