@@ -44,8 +44,8 @@ Poisson = Annotated[float, Field(ge=0.0, le=0.5), Measured("1")]
 class ComplianceTable(Table):
     """How a contact gives way."""
 
-    load: Annotated[Positive, Measured("N")] | None = Field(
-        default=None, description="the force in N that presses a contact as deep as depth, a positive number"
+    load: Annotated[NotNegative, Measured("N")] | None = Field(
+        default=None, description="the force in N that presses a contact as deep as depth, zero or positive"
     )
     depth: Annotated[Positive, Measured("m")] | None = Field(
         default=None, description="the depth in m to which the load presses a contact, a positive number"
@@ -81,7 +81,7 @@ class ComplianceTable(Table):
     slowest: Annotated[Positive, Measured("m/s")] | None = Field(
         default=None, description="the speed of approach in m/s up to which damping is that of this speed, positive"
     )
-    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, zero or positive")
     slip_speed: Annotated[Positive, Measured("m/s")] | None = Field(
         default=None, description="the speed about which friction changes its sign in m/s, a positive number"
     )

@@ -21,7 +21,7 @@ OnGain = Literal["reduce", "stop"]
 """What becomes of an impact that would gain energy: it has less restitution, or the run stops."""
 
 Restitution = Annotated[float, Field(ge=0.0, le=1.0), Measured("1")]
-Friction = Annotated[float, Field(gt=0.0), Measured("1")]
+Friction = Annotated[float, Field(ge=0.0), Measured("1")]
 Radius = Annotated[float, Field(ge=0.0), Measured("m")]
 
 DEPTH = 1e-9

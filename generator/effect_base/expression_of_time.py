@@ -288,6 +288,11 @@ def quantity(law: Law, path: str, symbol: str) -> Quantity:
     return Parameter(path, symbol, law) if law else None
 
 
+def load_quantity(law: Law, path: str, symbol: str) -> Parameter | OfTime:
+    """What the law of a load becomes in a record: a number that is zero too is a parameter, which can be raised."""
+    return law if isinstance(law, OfTime) else Parameter(path, symbol, law or 0.0)
+
+
 def kinks_of(*quantities: Quantity) -> tuple[tuple[float, float], ...]:
     """The times (s) at which those over time have kinks, as :meth:`OfTime.kinks` tells them."""
     return tuple(kink for q in quantities if isinstance(q, OfTime) for kink in q.kinks())

@@ -35,10 +35,10 @@ class BrakeTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it brakes")
     torque: Annotated[Law, InTime("N m")] | None = Field(
-        default=None, description="the most torque in N m, a positive number or an expression of t"
+        default=None, description="the most torque in N m, zero or a positive number or an expression of t"
     )
     force: Annotated[Law, InTime("N")] | None = Field(
-        default=None, description="the most force along the line in N, a positive number or an expression of t"
+        default=None, description="the most force along the line in N, zero or a positive number or an expression of t"
     )
     begins: Annotated[NotNegative, Measured("s")] | None = Field(
         default=None, description="the time in s from which on it brakes, zero or a positive number"
@@ -146,8 +146,8 @@ def _check_keys(table: BrakeTable, slides: bool, complain: Complain) -> bool:
     if law is None:
         complain((), f"found no {key}, expected the most {key} with which it brakes; add {key}")
         sound = False
-    elif not isinstance(law, Expression) and not law > 0.0:
-        complain((key,), f"found {law:g}, expected a positive number or an expression of t; correct it")
+    elif not isinstance(law, Expression) and not law >= 0.0:
+        complain((key,), f"found {law:g}, expected zero or a positive number or an expression of t; correct it")
         sound = False
     if wrong := wrong_kind(table.rate, "m/s" if slides else "rad/s"):
         complain(("rate",), wrong)

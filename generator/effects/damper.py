@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.line import Line, find_line
-from ..effect_base.table import Name, PointName, Positive, Table
+from ..effect_base.table import Name, NotNegative, PointName, Table
 from ..effect_base.written_numbers import Measured
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
@@ -31,7 +31,9 @@ class DamperTable(Table):
     between: list[PointName] = Field(
         min_length=2, max_length=2, description='the two points it joins, ["link.point", "ground.point"]'
     )
-    damping: Annotated[Positive, Measured("N s/m")] = Field(description="the damping in N s/m, a positive number")
+    damping: Annotated[NotNegative, Measured("N s/m")] = Field(
+        description="the damping in N s/m, zero or a positive number"
+    )
 
 
 @dataclass(frozen=True)

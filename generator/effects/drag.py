@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import links_at
 from ..effect_base.points import find_point
-from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
+from ..effect_base.table import Name, NotNegative, PointName, Table
 from ..effect_base.written_numbers import Measured
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, NOT_NEGATIVE, POSITIVE, Domain, Parameter
@@ -32,11 +32,11 @@ class DragTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: PointName = Field(description='the point on which it acts, such as "link_0.B" or "joint_1"')
-    linear: Annotated[Positive, Measured("N s/m")] | None = Field(
-        default=None, description="the linear drag in N s/m, a positive number"
+    linear: Annotated[NotNegative, Measured("N s/m")] | None = Field(
+        default=None, description="the linear drag in N s/m, zero or a positive number"
     )
-    quadratic: Annotated[Positive, Measured("N s²/m²")] | None = Field(
-        default=None, description="the quadratic drag in N s²/m², a positive number"
+    quadratic: Annotated[NotNegative, Measured("N s²/m²")] | None = Field(
+        default=None, description="the quadratic drag in N s²/m², zero or a positive number"
     )
     speed: Annotated[NotNegative, Measured("m/s")] | None = Field(
         default=None,
@@ -120,7 +120,7 @@ def build(table: DragTable, index: int, around: Surroundings, complain: Complain
     speed = SPEED if table.speed is None else table.speed
 
     def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value is not None else None
 
     return Drag(
         label,
@@ -128,7 +128,7 @@ def build(table: DragTable, index: int, around: Surroundings, complain: Complain
         point,
         parameter("linear", "c", table.linear),
         parameter("quadratic", "k", table.quadratic),
-        parameter("speed", "v0", speed if table.quadratic else None, POSITIVE),
+        parameter("speed", "v0", speed if table.quadratic is not None and speed else None, POSITIVE),
     )
 
 

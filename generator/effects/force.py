@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import InTime, Law, OfTime, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import (
+    InTime,
+    Law,
+    OfTime,
+    Quantity,
+    load_quantity,
+    own_parameters,
+    quantity,
+    term,
+)
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Table
 from ..mechanism.joints import PointRef
@@ -103,13 +112,12 @@ def build(table: ForceTable, index: int, around: Surroundings, complain: Complai
     if ref is None:
         complain(("point",), f'found "{table.point}", expected a joint or link.point that moves; {wrong}')
     name = table.name or f"force_{index}"
+    # one component that is zero is left out; of a force that is zero both are kept, so that they can be raised
+    made = load_quantity if table.vector == [0.0, 0.0] else quantity
     x, y = (
-        quantity(law, f"{name}.vector.{axis}", f"F_force_{index}_{axis}")
+        made(law, f"{name}.vector.{axis}", f"F_force_{index}_{axis}")
         for law, axis in zip(table.vector, "xy", strict=True)
     )
-    if x is None and y is None:
-        complain(("vector",), "found [0, 0], expected a force that is not zero; remove the table or change it")
-        return None
     return Force(index, name, ref, (x, y), table.frame) if ref else None
 
 

@@ -30,7 +30,7 @@ class HalfPlaneTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Position = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
     normal: Direction = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
-    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, zero or positive")
     contacts: list[PointName] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
@@ -90,8 +90,8 @@ class Ground(Effect):
             raise ValueError(f"{self.name}.normal is {self.normal.values()}; it must have length 1")
         if not 0.0 <= self.restitution.value <= 1.0:
             raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
-        if self.friction and not self.friction.value > 0.0:
-            raise ValueError(f"{self.friction.path} is {self.friction.value}; it must be positive")
+        if self.friction and not self.friction.value >= 0.0:
+            raise ValueError(f"{self.friction.path} is {self.friction.value}; it must not be negative")
         if self.radii and len(self.radii) != len(self.contacts):
             raise ValueError(f"{self.name} has {len(self.radii)} radii for {len(self.contacts)} contacts")
         for radius in self.radii:

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
-from ..effect_base.table import JointName, Name, Positive, Table
+from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
@@ -33,12 +33,12 @@ class FrictionTable(Table):
     joints: list[JointName] | None = Field(
         default=None, min_length=1, description='a list of joints, such as ["joint_1", "joint_2"] (default: all)'
     )
-    viscous: Annotated[Positive, Measured("N m s/rad", "N s/m")] | None = Field(
-        default=None, description="the viscous friction in N m s/rad, a positive number (N s/m where it slides)"
+    viscous: Annotated[NotNegative, Measured("N m s/rad", "N s/m")] | None = Field(
+        default=None, description="the viscous friction in N m s/rad, zero or a positive number (N s/m where it slides)"
     )
-    dry: Annotated[Positive, Measured("N m", "N")] | None = Field(
+    dry: Annotated[NotNegative, Measured("N m", "N")] | None = Field(
         default=None,
-        description="the moment of dry friction in N m, a positive number (the force in N where it slides)",
+        description="the moment of dry friction in N m, zero or a positive number (the force in N where it slides)",
     )
     rate: Annotated[Positive, Measured("rad/s", "m/s")] | None = Field(
         default=None,
@@ -144,7 +144,7 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
     usual = SMOOTHED * table.stribeck if table.stribeck else RATE
 
     def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value is not None else None
 
     return JointFriction(
         label,
@@ -152,7 +152,7 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
         joints,
         parameter("viscous", "c", table.viscous),
         parameter("dry", "T", table.dry),
-        parameter("rate", "w0", (table.rate or usual) if table.dry else None, POSITIVE),
+        parameter("rate", "w0", (table.rate or usual) if table.dry is not None else None, POSITIVE),
         parameter("breakaway", "Tb", table.breakaway),
         parameter("stribeck", "ws", table.stribeck, POSITIVE),
     )

@@ -48,7 +48,7 @@ class JournalTable(Table):
         "positive number"
     )
     restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
-    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, zero or positive")
     law: Law | None = Field(default=None, description=LAW_MEANS)
 
 

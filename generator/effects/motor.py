@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, own_parameters, quantity, term
+from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, load_quantity, own_parameters, quantity, term
 from ..effect_base.part_at_joint import mover
 from ..effect_base.points import find_joint
 from ..effect_base.rows_in_time import (
@@ -318,7 +318,7 @@ def build(table: MotorTable, index: int, around: Surroundings, complain: Complai
 def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Rows | Servo:
     for key in ("torque", "force"):
         if (law := getattr(table, key)) is not None:
-            return Given(quantity(law_of(law), f"{name}.{key}", f"tau_motor_{index}"))
+            return Given(load_quantity(law_of(law), f"{name}.{key}", f"tau_motor_{index}"))
     if table.table is not None:
         return Rows(_rows(table.table, index, name, "force" if slides else "torque"))
     stiffness, damping = (

@@ -45,9 +45,9 @@ class SpringTable(Table):
         description='"both" ways, "pull" only when it is longer than at rest, as a rope, or "push" only when it is '
         "shorter, as a buffer",
     )
-    damping: Annotated[Positive, Measured("N s/m")] | None = Field(
+    damping: Annotated[NotNegative, Measured("N s/m")] | None = Field(
         default=None,
-        description='the damping in N s/m while it acts, a positive number, with acts "pull" or "push" or play only',
+        description='the damping in N s/m while it acts, zero or positive, with acts "pull" or "push" or play only',
     )
     play: Annotated[Positive, Measured("m")] | None = Field(
         default=None,
@@ -194,7 +194,9 @@ def build(table: SpringTable, index: int, around: Surroundings, complain: Compla
     if line is None:
         return None
     length = Parameter(f"{name}.length", f"L0_{label}", table.length, NOT_NEGATIVE) if table.length else None
-    damping = Parameter(f"{name}.damping", f"c_{label}", table.damping, NOT_NEGATIVE) if table.damping else None
+    damping = (
+        Parameter(f"{name}.damping", f"c_{label}", table.damping, NOT_NEGATIVE) if table.damping is not None else None
+    )
     if table.acts != "both" and length is None:
         complain(("acts",), f'found "{table.acts}" without a length, expected a length at rest beside it; add length')
         return None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import Quantity, kinks_of, own_parameters, quantity, term
+from ..effect_base.expression_of_time import Quantity, kinks_of, load_quantity, own_parameters, term
 from ..effect_base.rows_in_time import TorqueInTime, law_of, straying
 from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.joints import PointRef
@@ -92,7 +92,7 @@ def build(table: TorqueTable, index: int, around: Surroundings, complain: Compla
     if link is None:
         complain(("link",), f'found "{table.link}", expected a link that moves; {wrong}')
     name = table.name or f"torque_{index}"
-    torque = quantity(law_of(table.torque), f"{name}.torque", f"tau_torque_{index}")
+    torque = load_quantity(law_of(table.torque), f"{name}.torque", f"tau_torque_{index}")
     return Torque(index, name, link, torque) if link is not None else None
 
 

@@ -41,7 +41,7 @@ class TouchTable(PairTable):
         "and a link is its outline",
     )
     restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
-    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, zero or positive")
     law: Law | None = Field(default=None, description=LAW_MEANS)
 
 

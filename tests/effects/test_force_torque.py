@@ -68,7 +68,6 @@ BAD: dict[str, Wrong] = {
         "force[0].vector[1]",
         'found "t t", expected the force [x, y] in N, numbers or expressions of t; it cannot be read',
     ),
-    "no force": ('[[force]]\npoint = "joint_0"\nvector = [0, 0.0]', 3, "force[0].vector", "found [0, 0]"),
     "force in no frame": (
         '[[force]]\npoint = "joint_0"\nvector = [0, 1]\nframe = "body"',
         4,

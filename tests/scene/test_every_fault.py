@@ -200,7 +200,7 @@ TOGETHER: dict[str, tuple[str, set[str]]] = {
     "another table is meant": (CHAIN + '[[motor]]\njoint = "nix"\nspeed = 1\n', {"motor[0].speed"}),
     "laws of impact that differ, in tables that are wrong": (
         CHAIN
-        + '[[ground]]\nrestitution = 3\nlaw = "poisson"\n[[ground]]\nrestitution = 0\nfriction = 0\nlaw = "newton"\n',
+        + '[[ground]]\nrestitution = 3\nlaw = "poisson"\n[[ground]]\nrestitution = 0\nfriction = -1\nlaw = "newton"\n',
         {"ground[0].restitution", "ground[1].friction", "ground[1].law"},
     ),
     "laws of impact, one that is none and two that differ": (

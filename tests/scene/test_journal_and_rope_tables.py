@@ -91,7 +91,7 @@ BAD: dict[str, tuple[str, str, str, str, tuple[str, ...]]] = {
     "another unit": (JOURNAL, "clearance = 2.0", 'clearance = "2 kg"', "journal[0].clearance", ("kg",)),
     "negative radius": (JOURNAL, "radius = 0.1", "radius = -0.1", "journal[0].radius", ("found -0.1",)),
     "restitution of a journal": (JOURNAL, "restitution = 0.5", "restitution = 2", "journal[0].restitution", ("to 1",)),
-    "friction": (JOURNAL, "radius = 0.1", "radius = 0.1\nfriction = 0", "journal[0].friction", ("positive",)),
+    "friction": (JOURNAL, "radius = 0.1", "radius = 0.1\nfriction = -1", "journal[0].friction", ("positive",)),
     "start outside": (
         JOURNAL,
         "clearance = 2.0",
