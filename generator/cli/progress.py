@@ -59,7 +59,7 @@ class Line(Silence):
         now = time.monotonic()
         if now >= self.next:
             self.next = now + INTERVAL
-            share = f"{t / until:4.0%}  t = {t:.4g} of {until:g} s"
+            share = f"{t / until if until else 1.0:4.0%}  t = {t:.4g} of {until:g} s"
             self.display.update(self.task, completed=t, total=until, share=share)
 
     def counted(self, done: int, total: int, left: float | None = None) -> None:

@@ -199,6 +199,7 @@ def _energy(axes: Any, run: Record, frames: Frames) -> None:
     axes.plot(t, kinetic, color=COLOURS[3], label="kinetic")
     axes.plot(t, potential, color=COLOURS[4], label="potential,\nfrom its lowest")
     axes.plot(t, kinetic + potential, color=INK, linewidth=1.8, label="total")
+    _dot_what_is_one_row(axes)
     axes.set_ylabel("energy [J]")
     _keep_sensible(axes, np.concatenate([kinetic, potential]), 1.0)
     _legend(axes)
@@ -264,6 +265,8 @@ def _keep_sensible(axes: Any, values: FloatArray, size: float) -> None:
         return
     middle = float(values.mean()) if len(values) else 0.0
     axes.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
+    if all(len(line.get_xdata()) == 1 for line in axes.lines):
+        return  # of one time nothing is said
     axes.text(0.5, 0.85, "constant, but for rounding", transform=axes.transAxes, color=SOFT, fontsize=9, ha="center")
 
 
@@ -275,12 +278,20 @@ def named_curves(axes: Any, t: FloatArray, curves: Mapping[str, FloatArray]) -> 
         colour = (*COLOURS, INK, SOFT)[k] if few else shades[k]
         width = 2.6 - 1.6 * k / len(curves) if few else 0.9
         axes.plot(*thinned(t, curve), color=colour, linewidth=width, label=name)
+    _dot_what_is_one_row(axes)
     if few and curves:
         _legend(axes, columns=2 if len(curves) > 4 else 1)
     elif curves:
         names = list(curves)
         words = f"{names[0]} (dark)\nto {names[-1]}\n(light)"
         axes.text(1.01, 0.95, words, transform=axes.transAxes, fontsize=8, va="top")
+
+
+def _dot_what_is_one_row(axes: Any) -> None:
+    """Mark curves of a single time by a dot, as a line through one point is not seen."""
+    for line in axes.lines:
+        if len(line.get_xdata()) == 1:
+            line.set(marker="o", markersize=5)
 
 
 def thinned(t: FloatArray, curve: FloatArray) -> tuple[FloatArray, FloatArray]:

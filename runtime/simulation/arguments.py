@@ -143,13 +143,9 @@ def check_positive(name: str, value: Any, of: str = "") -> None:
 
 
 def check_until(until: Any) -> None:
-    """Raise ``ValueError`` unless this is a time at which a run can end."""
-    if _is_number(until) and until == 0.0:
-        raise ValueError(
-            f"until: found {_shown(until)}, expected a positive number of seconds; a run takes time: the start alone "
-            "is what model.start() gives, and the first row of any run"
-        )
-    check_positive("until", until, " of seconds")
+    """Raise ``ValueError`` unless this is a time at which a run can end: 0 too, where it has the start alone."""
+    if not _is_number(until) or not 0.0 <= until < math.inf:
+        raise ValueError(f"until: found {_shown(until)}, expected zero or a positive number of seconds; correct it")
 
 
 def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:

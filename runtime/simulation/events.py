@@ -20,7 +20,7 @@ from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
-from .arguments import check_positive
+from .arguments import check_until
 from .crossings import Crossing, Seen, Signal, Watched, seen, signals_of
 from .dead_point import Way
 from .growing import Enough, Look, at_the_start, sure_rows, wanted
@@ -127,7 +127,7 @@ def simulate_with_events(
         check_functions(model, on_event)
     end: float = model.duration if until is None else until
     with faults.collecting():
-        check_positive("until", end, " of seconds")
+        check_until(end)
     faults.stop_if_any()
     if isinstance(state, HybridState):
         model = model.with_parameters(_set_before(model, state, params))

@@ -23,7 +23,7 @@ from ..record.impact import Impact
 from ..record.joint_change import JointChange
 from ..run import Run
 from .advance import Advance
-from .arguments import check_positive
+from .arguments import check_until
 from .dead_point import Way
 from .growing import Enough, Look, at_the_start, sure_rows, wanted
 from .one_run import simulate_one
@@ -120,7 +120,7 @@ def simulate_switching(
     names = [one.name for one in whole.structures]
     number = names.index(state.model) if isinstance(state, HybridState) and state.model in names else 0
     end: float = main.duration if until is None else until
-    check_positive("until", end, " of seconds")
+    check_until(end)
     if state is None:
         own_q, own_u = main.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0

@@ -91,11 +91,26 @@ def test_a_scene_without_a_command_is_told_which(tmp_path: Path) -> None:
     assert "write ccgen run my.toml --until 0.1" in done.stderr
 
 
-def test_a_run_of_no_time_is_told_where_the_start_is(tmp_path: Path) -> None:
+def test_a_run_of_no_time_has_the_row_of_the_start(tmp_path: Path) -> None:
+    """All files are written: tables have one row, and pictures a dot where a curve would be."""
     (tmp_path / "my.toml").write_text(PENDULUM)
-    done = ccgen("run", "my.toml", "--until", "0", at=tmp_path)
+    names = ["--plot", "kinetic_energy", "--csv", "--gif"]
+    done = ccgen("run", "my.toml", "--until", "0", "--out", "r", *names, at=tmp_path)
+    assert done.returncode == 0 and "t = 0 s, impacts: 0, steps: 0" in done.stdout, done.stderr
+    for name in ("plot.png", "player.html", "animation.gif", "outputs.png", "forces.png", "forces.csv"):
+        assert (tmp_path / "r" / name).stat().st_size > 0, name
+    assert len((tmp_path / "r" / "outputs.csv").read_text().splitlines()) == 2
+    with np.load(tmp_path / "r" / "result.npz") as found:
+        assert found["t"].tolist() == [0.0] and found["q"].shape[0] == 1
+    again = ccgen("plot", "r", "kinetic_energy", "--csv", at=tmp_path)
+    assert again.returncode == 0, again.stderr
+
+
+def test_a_time_before_the_start_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "my.toml").write_text(PENDULUM)
+    done = ccgen("run", "my.toml", "--until", "-1", at=tmp_path)
     assert done.returncode == 2
-    assert "--until: found 0" in done.stderr and "model.start()" in done.stderr
+    assert "--until: found -1.0, expected zero or a positive number of seconds" in done.stderr
 
 
 def test_a_unit_in_an_expression_of_time_is_worked_out() -> None:

@@ -122,6 +122,16 @@ def test_it_plays_pauses_and_steps(browser: Any, falling: Path) -> None:
         assert page.time == 0.0 and page.asked == [page.page.url.partition("#")[0]]  # nothing from elsewhere
 
 
+def test_a_run_of_one_row_is_shown(browser: Any, workshop: Workshop, tmp_path: Path) -> None:
+    """No fault of the page, and numbers on it, where no time passes."""
+    run = simulate(workshop.model(cradle(3, 0.0)), until=0.0)
+    for at in ("", "t=0"):
+        with Page(browser, run.animate(tmp_path / "start.html"), at) as page:
+            page.press("Space", "ArrowRight", "ArrowLeft", "End", "Home")
+            assert page.time == 0.0 and page.text("clock") == "t = 0.0000 s"
+            assert "NaN" not in page.page.inner_text("body")
+
+
 def test_keys_of_impacts_and_speed(browser: Any, falling: Path) -> None:
     with Page(browser, falling) as page:
         first = page.of("run.impacts[0].t")
