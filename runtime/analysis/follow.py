@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..faults import Faults
 from ..model.model import Model, check_model
 from ..model.numbers import read_numbers
@@ -42,7 +42,7 @@ def follow(
 ) -> Followed:
     """The configurations in which ``points`` go along places (n, 2) in m, links and joints through ``angles`` (n,) in
     rad, and sliding joints through lengths (n,) in m: the first nearest to ``q``, as of :func:`~.reach.reach`, each
-    other nearest to the one before.
+    other nearest to the one before. One of the two coordinates of a place may be None, which leaves it open there.
 
     Given with their first and second derivatives in time, (3, n, 2) and (3, n), all of them, these also give u and u̇:
     from the constraints differentiated, J u = v and J u̇ = a − J̇ u, loops held shut. Where freedoms are left, they are
@@ -58,46 +58,75 @@ def follow(
     start = configuration(model, q)
     faults = Faults()
     named = read_wanted(model, points, angles, slides, faults)
-    values, rates = _read_paths(named, faults)
-    wants = Wants(model, [one for one, _ in named], values[0], np.zeros(values.shape[1], dtype=bool))
-    rows = [_reached(model, start, wants, 0)]
+    values, rates, left = _read_paths(named, faults)
+    first = Wants(model, [one for one, _ in named], values[0], left[0])
+    wants = [first.at(*place) for place in zip(values, left, strict=True)]
+    rows = [_reached(model, start, first, 0)]
     for number in range(1, len(values)):
-        rows.append(_next(model, rows[-1], wants.at(values[number]), number))
+        rows.append(_next(model, rows[-1], wants[number], number))
     found = np.array(rows)
     if rates is None:
         return Followed(found)
-    moving = [_rates(model, wants, one, v, a, k) for k, (one, v, a) in enumerate(zip(found, *rates, strict=True))]
+    moving = [_rates(model, *given, k) for k, given in enumerate(zip(wants, found, *rates, strict=True))]
     return Followed(found, *(np.array(part) for part in zip(*moving, strict=True)))
 
 
 def _read_paths(
     named: list[tuple[Wanted, Any]], faults: Faults
-) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
-    """Values (n, k) along the path, and their first and second derivatives where they are given.
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None, BoolArray]:
+    """Values (n, k) along the path, their first and second derivatives where they are given, and which values are left
+    open (n, k), which are 0.
 
     Raises ``ValueError`` with all that is wrong with them, the ``faults`` noted before among it.
     """
     paths: list[FloatArray] = []
+    opens: list[BoolArray] = []
     for one, given in named:
         what, shape = f"{one.kind}: {one.name}", ", 2" if one.width == 2 else ","
         with faults.collecting():
             path = read_numbers(given, what)
             plain = 2 if one.width == 2 else 1
             whole = path.ndim in (plain, plain + 1) and path.size > 0 and (plain == 1 or path.shape[-1] == 2)
-            if not whole or (path.ndim > plain and len(path) != 3) or not np.all(np.isfinite(path)):
+            left = _left_open(given) if one.width == 2 else np.zeros(path.shape, dtype=bool)
+            if not whole or (path.ndim > plain and len(path) != 3) or not np.all(np.isfinite(path) | left):
                 deep = shape.rstrip(",")
                 raise ValueError(
                     f"{what}: found shape {path.shape}, expected finite numbers (n{shape}), or (3, n{deep}) with first "
                     "and second derivatives in time"
                 )
-            paths.append(path.reshape(*path.shape[: path.ndim - plain + 1], one.width))
+            rows = (*path.shape[: path.ndim - plain + 1], one.width)
+            opens.append(_opens(left.reshape(rows), path.ndim > plain, what))
+            paths.append(np.where(left, 0.0, path).reshape(rows))
     faults.stop_if_any()
     shapes = {path.shape[:-1] for path in paths}
     if len(shapes) > 1:
         told = ", ".join(f"{one.name} {path.shape[:-1]}" for (one, _), path in zip(named, paths, strict=True))
         raise ValueError(f"points, angles, slides: found {told}, expected equally many places, with rates or without")
-    every = np.concatenate(paths, axis=-1)
-    return (every, None) if every.ndim == 2 else (every[0], (every[1], every[2]))
+    every, open_ = np.concatenate(paths, axis=-1), np.concatenate(opens, axis=-1)
+    return (every, None, open_) if every.ndim == 2 else (every[0], (every[1], every[2]), open_)
+
+
+def _left_open(given: Any) -> BoolArray:
+    """Which numbers of what is given of a point are None."""
+    return np.asarray(np.frompyfunc(lambda one: one is None, 1, 1)(np.asarray(given, dtype=object)), dtype=bool)
+
+
+def _opens(left: BoolArray, moving: bool, what: str) -> BoolArray:
+    """Which numbers (n, width) are left open, of a point one of two at most; the derivatives of one have to be too.
+
+    Raises ``ValueError`` with the number of the place.
+    """
+    of = left[0] if moving else left
+    for number in np.flatnonzero(of.all(axis=-1)):
+        raise ValueError(
+            f"{what}: found (None, None) at place {number}, expected (x, y) in m, of which one may be None"
+        )
+    for number in np.flatnonzero((left != of).any(axis=(0, -1)) if moving else ()):
+        raise ValueError(
+            f"{what}: found None for a coordinate or a derivative of it alone at place {number}, expected None for the "
+            "coordinate and both derivatives, or for none of them"
+        )
+    return np.asarray(of)
 
 
 def _reached(model: Model, q: FloatArray, wants: Wants, number: int) -> FloatArray:

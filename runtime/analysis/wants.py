@@ -139,9 +139,9 @@ class Wants:
         )
         self.turns = np.concatenate([np.full(one.width, one.unit == "rad") for one in wanted])
 
-    def at(self, values: FloatArray) -> Wants:
-        """The same quantities with other values."""
-        return Wants(self.model, self.wanted, values, self.open)
+    def at(self, values: FloatArray, left: BoolArray | None = None) -> Wants:
+        """The same quantities with other values, and, where it is given, others ``left`` open."""
+        return Wants(self.model, self.wanted, values, self.open if left is None else left)
 
     def alone(self, which: int) -> Wants:
         """One of them."""

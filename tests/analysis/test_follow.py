@@ -109,6 +109,58 @@ def test_a_path_without_rates_and_with_freedoms_left(workshop: Workshop) -> None
     assert np.array_equal(first, found.q[0])
 
 
+def test_a_height_alone_is_followed(workshop: Workshop) -> None:
+    """One coordinate is left open as in ``reach``: all joints move as little as they can, by Lagrange's condition."""
+    arm = workshop.model(ARM)
+    heights = np.linspace(0.3, 0.6, 7)
+    found = follow(arm, [0.3, 0.9], {"fore.T": [(None, height) for height in heights]})
+    assert arm.point("fore.T", found.q)[:, 1] == pytest.approx(heights, abs=1e-12)
+    q = np.array([0.3, 0.9])
+    for number, height in enumerate(heights):
+        q = reach(arm, q, {"fore.T": (None, height)})
+        assert found.q[number] == pytest.approx(q, abs=1e-12)
+    sides = follow(arm, [0.3, 0.9], {"fore.T": [(0.6, None), (0.5, 0.4), (None, 0.5)]})
+    places = arm.point("fore.T", sides.q)
+    assert (places[0, 0], *places[1], places[2, 1]) == pytest.approx((0.6, 0.5, 0.4, 0.5), abs=1e-12)
+
+
+def test_rates_of_a_height_alone(workshop: Workshop) -> None:
+    """The other coordinate's rate is what the least joint rates make of it: J⁺ by the right inverse of one row."""
+    arm = workshop.model(ARM)
+    n = 4
+    open_ = [None] * n
+    path = [list(zip(open_, row, strict=True)) for row in ([0.4] * n, [0.2] * n, [0.0] * n)]
+    found = follow(arm, [0.3, 0.9], {"fore.T": path})
+    assert found.u is not None and found.u_dot is not None
+    q1, q2 = found.q[0]
+    row = np.array([UPPER * np.cos(q1), FORE * np.cos(q2)])  # of y by absolute angles
+    metric = np.array([[2.0, -1.0], [-1.0, 1.0]])  # q₁² + (q₂ − q₁)²
+    inverse = np.linalg.solve(metric, row)
+    assert found.u[0] == pytest.approx(0.2 * inverse / (row @ inverse), rel=1e-12)
+    v = arm.point_velocity("fore.T", found.q, found.u)
+    assert v[:, 1] == pytest.approx(np.full(n, 0.2), rel=1e-12) and np.ptp(found.q[:, 0]) < 1e-12
+    a = arm.point_acceleration("fore.T", found.q, found.u, u_dot=found.u_dot)
+    assert a[:, 1] == pytest.approx(np.zeros(n), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("path", "what"),
+    [
+        ([(None, None)], r"points: fore\.T: found \(None, None\) at place 0, expected \(x, y\) in m, of which one may"),
+        ([(0.5, 0.3), (None, None)], r"points: fore\.T: found \(None, None\) at place 1"),
+        (
+            [[(None, 0.3)], [(0.1, 0.0)], [(0.0, 0.0)]],
+            "found None for a coordinate or a derivative of it alone at place 0",
+        ),
+        ([(float("nan"), 0.3)], "expected finite numbers"),
+        ([None, (0.5, 0.3)], "points: fore"),
+    ],
+)
+def test_what_cannot_be_left_open(path: Any, what: str, workshop: Workshop) -> None:
+    with pytest.raises(ValueError, match=what):
+        follow(workshop.model(ARM), [0.3, 0.9], {"fore.T": path})
+
+
 def test_turning_right_round(workshop: Workshop) -> None:
     """Few places, each a sixth of a turn on: turns are counted, joints brought along in parts."""
     model = workshop.model(load_scene(SCENES / "four-bar.toml"))
