@@ -19,7 +19,7 @@ from .record.hybrid_state import UNREADABLE, ZIPPED, HybridState
 from .record.impact import Impact
 from .record.joint_change import JointChange
 from .record.phase import Phase
-from .record.plain import TEXT, Reader, kind_of
+from .record.plain import TEXT, VERSION, VERSION_KEY, Reader, kind_of
 from .run import Run
 from .simulation import forces_along, pieces, stretches
 from .simulation.advance import Advance, Latched
@@ -59,8 +59,9 @@ def load_run(path: str | os.PathLike[str], model: Model) -> Run:
     It answers as before, ``at``, ``values``, ``reactions`` and ``state`` included, by the same bits where its inputs
     were no function: states and forces between the rows are lost with that. Values of parameters are the file's.
 
-    Raises ``FileNotFoundError`` where there is no such file, ``ValueError`` for one that holds no run or one of another
-    model, and ``ImportError`` where the model has become another since.
+    Raises ``FileNotFoundError`` where there is no such file, ``ValueError`` for one that holds no run, one of another
+    model, or one that another version of ccgen wrote otherwise, and ``ImportError`` where the model has become another
+    since.
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
@@ -106,6 +107,11 @@ def _arrays_in(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise ValueError(_none(path)) from error
     if not {TEXT, "package"} <= arrays.keys():
         raise ValueError(f"{path}: found the rows of a run alone, expected all of it; simulate it again")
+    if (version := str(arrays.get(VERSION_KEY, 1))) != str(VERSION):
+        raise ValueError(
+            f"{path}: found a run as another ccgen records it, {VERSION_KEY} {version}, expected {VERSION}; simulate "
+            "it again. Its rows can be read with numpy.load"
+        )
     return arrays
 
 

@@ -147,7 +147,6 @@ cdef extern from *:
         int count
         const int *set
         const signed char *mode
-        const real *weight
     struct obstruction:
         size_t state
         int contact
@@ -238,7 +237,6 @@ cdef extern from *:
         size_t *first
         int *contact
         signed char *mode
-        real *weight
     struct stepping:
         size_t count, room
         real *t0

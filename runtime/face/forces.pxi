@@ -2,20 +2,18 @@
 
 @cython.final
 cdef class _Chosen:
-    """Contacts that are held, of each its number, how, and its share of friction; those that a run would hold where it is None."""
+    """Contacts that are held, of each its number and how; those that a run would hold where it is None."""
 
     cdef held given
     cdef int[::1] contacts
     cdef signed char[::1] mode
-    cdef real[::1] weight
 
     def __cinit__(self, chosen):
         cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
         self.contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
         self.mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
-        self.weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
         self.given.count = -1 if chosen is None else <int>len(pushing)
-        self.given.set, self.given.mode, self.given.weight = &self.contacts[0], &self.mode[0], &self.weight[0]
+        self.given.set, self.given.mode = &self.contacts[0], &self.mode[0]
 
 
 cdef class Contacting(Evaluations):
@@ -46,7 +44,7 @@ cdef class Contacting(Evaluations):
         reactions (b, 3 joints) and what effects tell (b, told) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
         outcome, and of what prevents it the name, the contact and the size.
 
-        Contacts are held as ``chosen`` says, of each its number, how, and its share of friction; those that a run would hold
+        Contacts are held as ``chosen`` says, of each its number and how; those that a run would hold
         where it is None. ``latched`` (b, latches) is what effects hold, None where each state stands for itself."""
         cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, every
         cdef size_t carried = 3 * self.m.joints

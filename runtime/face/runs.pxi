@@ -183,9 +183,6 @@ cdef class Kernels(Differentiating):
                 [(r.modes.contact[k], MODES[r.modes.mode[k]]) for k in range(r.modes.first[j], r.modes.first[j + 1])]
                 for j in range(r.modes.count)
             ],
-            shares=[
-                [r.modes.weight[k] for k in range(r.modes.first[j], r.modes.first[j + 1])] for j in range(r.modes.count)
-            ],
             stepping=[
                 (r.stepping.t0[j], r.stepping.t1[j], r.stepping.step[j], r.stepping.miss[j], r.stepping.first[j],
                  r.stepping.last[j])

@@ -113,8 +113,8 @@ def motion_of(
     return found.motion, found.inexact
 
 
-Held = Sequence[tuple[int, str, float]]
-"""Contacts by number, how each is held, and its share where friction can be shared."""
+Held = Sequence[tuple[int, str]]
+"""Contacts by number, and how each is held."""
 
 
 class Parts:
@@ -209,16 +209,16 @@ def _held_as_named(
     if isinstance(contacts, Mapping):
         for number, how in zip(numbers, contacts.values(), strict=True):
             _check_how(model, number, how, bool(rough[number]))
-        return [([(c, how, 1.0) for c, how in zip(numbers, contacts.values(), strict=True)], every)]
+        return [(list(zip(numbers, contacts.values(), strict=True)), every)]
     if not any(rough[c] for c in numbers):
-        return [([(c, "smooth", 1.0) for c in numbers], every)]
+        return [([(c, "smooth") for c in numbers], every)]
     slips = model.kernels.of_state("slips", q, u)[:, numbers]
     still = model.core.TOLERANCES["STILL"].value * model.length / characteristic_time(model)
     ways = np.where(np.abs(slips) <= still, 2.0, np.sign(slips))
     ways[:, [not rough[c] for c in numbers]] = 0.0
     names = {0.0: "smooth", 1.0: "slides forward", 2.0: "sticks", -1.0: "slides backward"}
     return [
-        ([(c, names[way], 1.0) for c, way in zip(numbers, one.tolist(), strict=True)], (ways == one).all(axis=1))
+        ([(c, names[way]) for c, way in zip(numbers, one.tolist(), strict=True)], (ways == one).all(axis=1))
         for one in np.unique(ways, axis=0)
     ]
 

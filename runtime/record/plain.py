@@ -13,6 +13,9 @@ from ..arrays import FloatArray
 
 TEXT, BUFFER = "record", "record_"
 """Arrays of a file: the text, and the numbers of each type one after the other, ``record_float64``."""
+VERSION, VERSION_KEY = 2, "record_version"
+"""The number of what the text says, and the array that has it: it grows where records are made otherwise. Files without
+it are of the first."""
 LOST = "lost"
 """In place of a function, which no file holds."""
 
@@ -39,7 +42,7 @@ class Writer:
         """The arrays to put into the file. Raises ``TypeError`` for what has no plain form."""
         text = json.dumps(self._plain(record), separators=(",", ":"))
         found = {BUFFER + kind: np.concatenate(parts) for kind, parts in sorted(self.buffers.items())}
-        return {TEXT: np.frombuffer(text.encode(), dtype=np.uint8), **found}
+        return {TEXT: np.frombuffer(text.encode(), dtype=np.uint8), VERSION_KEY: np.array(VERSION), **found}
 
     def _plain(self, value: Any) -> Any:
         if value is None or isinstance(value, bool | int | str):

@@ -46,12 +46,12 @@ SURE = 1e-5
 
 def pushing(held: Held) -> list[tuple[int, str]]:
     """Contacts that push, and how each is held."""
-    return [(contact, how) for contact, how, _ in held if how != "carried"]
+    return [(contact, how) for contact, how in held if how != "carried"]
 
 
 def cannot(held: Held, model: Compiled) -> str:
     """Why the motion with these contacts held has no derivative; empty where it has."""
-    for contact, how, _ in held:
+    for contact, how in held:
         name = "({}, {})".format(*model.contacts[contact])
         if how == "touches":
             return f"{name} touches without pressing: whether it presses is undecided"
@@ -231,10 +231,10 @@ def no_accelerations(model: Compiled, t: float, outcome: str) -> ValueError:
 
 def ways_differ(one: Held, other: Held) -> bool:
     """Whether contacts are held otherwise."""
-    return one is not other and [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
+    return one is not other and list(one) != list(other)
 
 
 def changed(before: Held, after: Held) -> Sequence[int]:
     """Contacts that slid before and are held otherwise after."""
-    now = {contact: how for contact, how, _ in after}
-    return [contact for contact, how, _ in before if how.startswith("slides") and now.get(contact) != how]
+    now = dict(after)
+    return [contact for contact, how in before if how.startswith("slides") and now.get(contact) != how]

@@ -162,7 +162,7 @@ def _held(at: Local, contacts: Sequence[int], u: FloatArray, speed: float) -> He
     for c in contacts:
         still = abs(slips[c]) <= RESTS * speed
         how = "sticks" if still else "slides forward" if slips[c] > 0.0 else "slides backward"
-        found.append((c, how if friction[c] > 0.0 else "smooth", 1.0))
+        found.append((c, how if friction[c] > 0.0 else "smooth"))
     return found
 
 

@@ -147,7 +147,7 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
     lengths = dict.fromkeys(("t", "q", "u", "work", "latched"), rows)
     lengths |= dict.fromkeys(("impact_t", "u_minus", "u_plus", "energy_loss", "after"), impacts)
     lengths |= dict.fromkeys(("contacts", "impulses", "friction"), contacts) | {"first": impacts + 1}
-    lengths |= dict.fromkeys(("hold_t", "held", "shares"), changes)
+    lengths |= dict.fromkeys(("hold_t", "held"), changes)
     stepping = [
         (t0, min(t1, end), step, miss, first, min(last, rows - 1))
         for t0, t1, step, miss, first, last in found["stepping"]

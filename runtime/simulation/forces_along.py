@@ -67,11 +67,8 @@ def along(advance: Advance, found: Mapping[str, Any]) -> Along:
     """The motion along the run that the core recorded."""
     if not found["held"] and not found["stepping"]:
         return Along(advance, found["hold_t"], (), (), NEVER)
-    numbers: dict[tuple[tuple[int, str, float], ...], int] = {}
-    which = []
-    for held, shares in zip(found["held"], found["shares"], strict=True):
-        way = tuple((contact, how, share) for (contact, how), share in zip(held, shares, strict=True))
-        which.append(numbers.setdefault(way, len(numbers)))
+    numbers: dict[tuple[tuple[int, str], ...], int] = {}
+    which = [numbers.setdefault(tuple(held), len(numbers)) for held in found["held"]]
     end = len(found["t"]) - 1  # after the last row of a run that ends so nothing is known either
     stretches = [(t0, np.inf if last == end else t1) for t0, t1, *_, last in found["stepping"]]
     stepped = np.array(stretches, dtype=float).reshape(-1, 2)

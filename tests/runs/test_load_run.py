@@ -113,6 +113,20 @@ def test_files_that_are_none_are_refused(workshop: Workshop, tmp_path: Path) -> 
             load_run(tmp_path / f"{name}.npz", model)
 
 
+@pytest.mark.parametrize("version", [None, 1, 1000])
+def test_files_of_another_ccgen_are_refused_in_words(version: int | None, workshop: Workshop, tmp_path: Path) -> None:
+    """As those before contacts lost their shares of friction, which have no number."""
+    model = workshop.model(PUSHED)
+    with np.load(simulate(model).save(tmp_path / "run.npz")) as found:
+        arrays = {name: array for name, array in found.items() if name != "record_version"}
+    if version is not None:
+        arrays["record_version"] = np.array(version)
+    np.savez(tmp_path / "other.npz", **arrays)
+    told = rf"other\.npz: found a run as another ccgen records it, record_version {version or 1}, expected 2"
+    with pytest.raises(ValueError, match=told):
+        load_run(tmp_path / "other.npz", model)
+
+
 def test_a_file_makes_nothing_but_records_of_runs(workshop: Workshop, tmp_path: Path) -> None:
     """Names of other classes, and what the text should not hold, are refused, whatever they say."""
     model = workshop.model(PUSHED)

@@ -14,7 +14,6 @@ int take_active_set(struct arena *arena, struct active_set *h, const struct ccge
         .force = TAKE(arena, double, 2 * c),
         .least = TAKE(arena, double, c),
         .peak = TAKE(arena, double, c),
-        .weight = TAKE(arena, double, 2 * c),
         .closed = TAKE(arena, char, c),
         .twin = TAKE(arena, int, c),
     };
@@ -35,7 +34,6 @@ void clear_active_set(struct active_set *h, const struct ccgen_model *m)
     memset(h->force, 0, 2 * c * sizeof *h->force);
     memset(h->least, 0, c * sizeof *h->least);
     memset(h->peak, 0, c * sizeof *h->peak);
-    memset(h->weight, 0, 2 * c * sizeof *h->weight);
     memset(h->closed, WATCHED, c * sizeof *h->closed);
     for (size_t i = 0; i < c; i++)
         h->twin[i] = -1;
@@ -54,7 +52,6 @@ void copy_active_set(struct active_set *to, const struct active_set *from, int c
     memcpy(to->force, from->force, 2 * c * sizeof *to->force);
     memcpy(to->least, from->least, c * sizeof *to->least);
     memcpy(to->peak, from->peak, c * sizeof *to->peak);
-    memcpy(to->weight, from->weight, 2 * c * sizeof *to->weight);
     memcpy(to->closed, from->closed, c * sizeof *to->closed);
     memcpy(to->twin, from->twin, c * sizeof *to->twin);
 }
@@ -78,8 +75,6 @@ void activate(struct active_set *h, int count, const int *set, const signed char
     for (int i = 0; i < count; i++)
         if (mode[i] == STICK)
             h->of[h->rows++] = i;
-    for (int i = 0; i < h->rows; i++)
-        h->weight[i] = 1.0;
 }
 
 void active_row(const struct system *s, const double *q, int row, double *push, double *f)

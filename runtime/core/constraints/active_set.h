@@ -44,9 +44,7 @@ struct active_set {
     double *force;     /* [rows] N, of the last acceleration */
     double *least;     /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
     double *peak;      /* [contacts] N: the most that each has pushed with since nothing was held */
-    double
-        *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
-    char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
+    char *closed;      /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
     int *
         twin; /* [contacts] the contact that bears in place of one that is carried and touches as it does, or -1: constraints/twins.c */
     int implied;   /* how many are carried */

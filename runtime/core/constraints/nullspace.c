@@ -228,7 +228,6 @@ static enum outcome take_nullspace(struct system *s, size_t rows, struct nullspa
     z->particular = TAKE(arena, double, n);
     z->null = TAKE(arena, double, (n * n));
     z->mass = TAKE(arena, double, (n * n));
-    z->weight = TAKE(arena, double, rows);
     z->b = TAKE(arena, double, n);
     z->more = TAKE(arena, double, n);
     z->every = TAKE(arena, double, rows);
@@ -263,17 +262,15 @@ enum outcome factorise_motions(struct system *s, const double *q, int held, cons
     if (interrupted(s->interruption, 0))
         return OUTCOME_INTERRUPTED;
     write_rows(s, q, held, y, t, push, f);
-    for (int j = 0; j < rows; j++) {
+    for (int j = 0; j < rows; j++)
         f->order[j] = j;
-        z->weight[j] = j < fixed ? 1.0 : s->active->weight[j - fixed];
-    }
     z->rank = reduce_columns(s->n, rows, f->g, nearest, f->diagonal, f->beta, f->order);
     write_particular(s, z);
     write_null_motions(s, q, z->rank, f->g, f->beta, z->null, z->mass, z->b);
     const int free_ = s->n - z->rank;
     if (cholesky(free_, z->mass, free_, NULL, 0.0, z->mass))
         return OUTCOME_NOT_FINITE;
-    prepare_least_norm(s->n, rows, z->rank, f->g, f->diagonal, f->order, f->length, z->weight, &z->least_norm);
+    prepare_least_norm(s->n, rows, z->rank, f->g, f->diagonal, f->order, f->length, NULL, &z->least_norm);
     return OUTCOME_DONE;
 }
 
@@ -292,8 +289,6 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
     for (size_t i = 0; i < n; i++)
         z->b[i] *= s->unit[i];
     find_least_norm((int)n, z->rows, z->rank, z->factors.g, z->factors.beta, z->b, &z->least_norm, z->every);
-    for (int j = 0; j < z->rows; j++)
-        z->every[j] *= z->weight[j];
     memcpy(lambda, z->every, closed * sizeof *lambda);
     memcpy(lambda + closed, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
 }

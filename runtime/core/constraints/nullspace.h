@@ -26,7 +26,6 @@ struct nullspace {
     struct factors factors;
     double *particular;  /* [n] */
     double *null, *mass; /* [n - rank][n] and the factor of their masses */
-    double *weight;      /* [rows] */
     struct least_norm least_norm;
     double *b, *more, *every; /* scratch: [n], [n], [rows] */
 };

@@ -228,16 +228,14 @@ static void pair_twins(const struct phase *f, struct decision *d)
 static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting)
 {
     struct active_set *h = f->s->active;
-    const int count = h->count, rows = h->rows;
+    const int count = h->count;
     struct arena *arena = f->s->arena;
     const struct mark mark = arena->top;
     signed char *mode = TAKE(arena, signed char, count);
-    double *weight = TAKE(arena, double, rows);
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (arena->ran_out)
         goto end;
     memcpy(mode, h->mode, count);
-    memcpy(weight, h->weight, rows * sizeof *weight);
     for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
         if (stays(d, i)) {
             h->mode[k] = d->mode[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? mode[k] : STICK;
@@ -256,7 +254,6 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
         outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     }
     activate(h, count, h->set, mode);
-    memcpy(h->weight, weight, rows * sizeof *weight);
 end:
     give_back(arena, mark);
     return outcome;
@@ -324,7 +321,7 @@ enum outcome release_contacts(struct phase *f)
         deactivate_all(h, c);
         memset(h->peak, 0, c * sizeof *h->peak);
         contact_modes(h, (int)c, how);
-        outcome = append_modes(&f->run->modes, f->t, (int)c, how, h) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+        outcome = append_modes(&f->run->modes, f->t, (int)c, how) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     }
     give_back(f->s->arena, mark);
     return outcome;
@@ -375,7 +372,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
         if (!h->count)
             memset(h->peak, 0, c * sizeof *h->peak);
         contact_modes(h, (int)c, how);
-        if (!outcome && append_modes(&run->modes, f->t, (int)c, how, h))
+        if (!outcome && append_modes(&run->modes, f->t, (int)c, how))
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;

@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 12;
+    kind.version = 13;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -79,7 +79,6 @@ static struct kind kind_of(const struct phase *f)
     ARRAY(h->closed, c)                     \
     ARRAY(h->twin, c)                       \
     ARRAY(h->force, 2 * c)                  \
-    ARRAY(h->weight, 2 * c)                 \
     ARRAY(h->least, c)                      \
     ARRAY(h->peak, c)                       \
     ARRAY(f->met, c)                        \

@@ -22,7 +22,6 @@ int take_between(struct ccgen_simulation *it, struct between *b)
         .unit = TAKE(arena, double, 2 * (size_t)s->n + 1),
         .set = TAKE(arena, int, contacts),
         .mode = TAKE(arena, signed char, contacts),
-        .weight = TAKE(arena, double, contacts),
     };
     return arena->ran_out;
 }
@@ -58,8 +57,7 @@ void held_at(const struct ccgen_simulation *it, struct between *b, double t, int
         if (carried && pushing)
             continue;
         b->set[b->count] = modes->contact[k];
-        b->mode[b->count] = carried ? FRICTIONLESS : modes->mode[k];
-        b->weight[b->count++] = modes->weight[k];
+        b->mode[b->count++] = carried ? FRICTIONLESS : modes->mode[k];
     }
 }
 

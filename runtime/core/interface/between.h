@@ -19,8 +19,7 @@ struct between {
     double *latched;   /* [latches] what effects hold at the state that was asked for last */
     double *unit;      /* [2 n + 1] */
     int *set;          /* [contacts] what is held there, */
-    signed char *mode; /* [contacts] how, */
-    double *weight;    /* [contacts] and how much its friction bears */
+    signed char *mode; /* [contacts] and how */
     int count;
 };
 

@@ -124,13 +124,6 @@ static enum outcome hold_asked(struct room *r, double t, const double *q, const 
     return outcome;
 }
 
-static void hold_given(struct active_set *h, struct held held)
-{
-    activate(h, held.count, held.set, held.mode);
-    for (int row = h->count; row < h->rows; row++)
-        h->weight[row] = held.weight[h->of[row]];
-}
-
 /* push[2 contacts] from the forces of the rows */
 static void pushes_of(const struct system *s, double *push)
 {
@@ -207,7 +200,7 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
         goto end;
     outcome = OUTCOME_DONE;
     if (held.count >= 0 && c)
-        hold_given(&r.active, held);
+        activate(&r.active, held.count, held.set, held.mode);
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
         const double *at = q + i * n, *moving = u + i * n, now = t[i * every];
         found->state = i;

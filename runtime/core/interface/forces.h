@@ -4,13 +4,11 @@
 
 #include "model/system.h"
 
-/* Contacts `set` that are held, `mode` as in constraints/active_set.h, and `weight` how much the friction of each that sticks bears where
- * friction can be shared. With a negative count, those that the runtime would hold at the state. */
+/* Contacts `set` that are held, `mode` as in constraints/active_set.h. With a negative count, those that the runtime would hold at the state. */
 struct held {
     int count;
     const int *set;
     const signed char *mode;
-    const double *weight;
 };
 
 /* Why a state has no such forces, besides outcomes: a contact strikes, or lies behind its surface. */

@@ -379,7 +379,7 @@ static enum outcome begin_record(struct ccgen_simulation *it)
     signed char *modes = (signed char *)it->before; /* one for each contact: less than a state takes */
     ccgen_get_modes(it, modes);
     const int contacts = it->system.model->contacts;
-    return append_modes(&run->modes, f->t, contacts, modes, &f->active) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    return append_modes(&run->modes, f->t, contacts, modes) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)

@@ -69,32 +69,22 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     return 0;
 }
 
-/* How much the friction of contact c bears where it can be shared: 1 unless it sticks */
-static double weight_of(const struct active_set *h, int c)
-{
-    for (int row = h->count; row < h->rows; row++)
-        if (h->set[h->of[row]] == c)
-            return h->weight[row];
-    return 1.0;
-}
-
 /* Whether contacts are held as the last record says, or apart where there is none yet */
-static int held_as_before(const struct mode_history *r, int contacts, const signed char *mode,
-                          const struct active_set *h)
+static int held_as_before(const struct mode_history *r, int contacts, const signed char *mode)
 {
     size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
     for (int c = 0; c < contacts; c++) {
         const int listed = next < r->contact_count && r->contact[next] == c;
-        if (mode[c] != (listed ? r->mode[next] : OPEN) || (listed && r->weight[next] != weight_of(h, c)))
+        if (mode[c] != (listed ? r->mode[next] : OPEN))
             return 0;
         next += listed;
     }
     return 1;
 }
 
-int append_modes(struct mode_history *r, double t, int contacts, const signed char *mode, const struct active_set *h)
+int append_modes(struct mode_history *r, double t, int contacts, const signed char *mode)
 {
-    if (held_as_before(r, contacts, mode, h))
+    if (held_as_before(r, contacts, mode))
         return 0;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 64;
@@ -104,8 +94,7 @@ int append_modes(struct mode_history *r, double t, int contacts, const signed ch
     }
     if (r->contact_count + contacts > r->contact_room) {
         const size_t room = 2 * (r->contact_count + contacts) + 64;
-        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->mode, room, sizeof *r->mode) ||
-            grow(&r->weight, room, sizeof *r->weight))
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->mode, room, sizeof *r->mode))
             return 1;
         r->contact_room = room;
     }
@@ -114,7 +103,6 @@ int append_modes(struct mode_history *r, double t, int contacts, const signed ch
     for (int c = 0; c < contacts; c++)
         if (mode[c] != OPEN) {
             r->contact[r->contact_count] = c;
-            r->weight[r->contact_count] = weight_of(h, c);
             r->mode[r->contact_count++] = mode[c];
         }
     r->first[++r->count] = r->contact_count;

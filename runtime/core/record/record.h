@@ -21,14 +21,13 @@ struct impacts {
 };
 
 /* the modes of closed contacts from when on: change i has the contacts first[i] .. first[i + 1] - 1, each with its enum
- * contact_mode; weight[] is how much the friction of one that sticks bears */
+ * contact_mode */
 struct mode_history {
     size_t count, room, contact_count, contact_room;
     double *t;
     size_t *first;
     int *contact;
     signed char *mode;
-    double *weight;
 };
 
 /* stretches of time stepping: from when, to when, by what steps at least, how far those may have missed, in units of the coordinates,
@@ -47,8 +46,7 @@ struct stepping {
 int append_row(struct record *record, double t, const double *y, size_t size, const double *latched, size_t latches);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, double share, size_t after);
-int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode,
-                 const struct active_set *active);
+int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode);
 
 /* A stretch of time stepping begins, or goes on, at t, the last of `rows` rows; it has gone on by a step of length h to t, in which
  * impulses of contacts have added `jump` (J) to its energy. */

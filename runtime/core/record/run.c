@@ -10,7 +10,6 @@ void free_run(struct run *run)
     free(run->modes.first);
     free(run->modes.contact);
     free(run->modes.mode);
-    free(run->modes.weight);
     memset(&run->modes, 0, sizeof run->modes);
     free(run->stepping.t0);
     free(run->stepping.t1);

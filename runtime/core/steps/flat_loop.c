@@ -350,22 +350,19 @@ static int snap_below(struct phase *f, double gap_uncertainty, double miss, int 
     struct system *s = f->s;
     struct active_set *h = s->active;
     const size_t all = s->model->contacts;
-    const int count = uncertain_contacts(f, gap_uncertainty), held = h->count, rows = h->rows;
+    const int count = uncertain_contacts(f, gap_uncertainty), held = h->count;
     if (!count)
         return 0;
     const struct mark mark = s->arena->top;
     int *set = TAKE(s->arena, int, all), done = 0;
     signed char *smooth = TAKE_ZEROS(s->arena, signed char, all), *mode = TAKE(s->arena, signed char, all);
-    double *weight = TAKE(s->arena, double, 2 * all);
     *outcome = OUTCOME_NO_MEMORY;
     if (!s->arena->ran_out) {
         memcpy(set, h->set, held * sizeof *set);
         memcpy(mode, h->mode, held);
-        memcpy(weight, h->weight, rows * sizeof *weight);
         activate(h, count, f->set, smooth); /* FRICTIONLESS */
         done = closes_contacts(f, count, miss, rank, closure) && goes_on(f, count, gap_uncertainty);
         activate(h, held, set, mode);
-        memcpy(h->weight, weight, rows * sizeof *weight);
         *outcome = done ? commit_snap(f, count) : OUTCOME_DONE;
     }
     if (done) {
