@@ -147,6 +147,7 @@ cdef extern from *:
         int count
         const int *set
         const signed char *mode
+        int shared
     struct obstruction:
         size_t state
         int contact
@@ -203,7 +204,6 @@ cdef extern from *:
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:
-    int FRICTIONLESS
     struct tolerance:
         real rtol, atol
         const real *unit
@@ -375,8 +375,8 @@ OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COU
 MODES = {mode: ccgen_mode_name(mode).decode() for mode in range(-128, 128) if ccgen_mode_name(mode) is not NULL}
 """How contacts stay closed, by ``enum contact_mode``, whose numbers are of signed characters."""
 
-MODE_NUMBERS = {name: mode for mode, name in MODES.items()} | {"carried": FRICTIONLESS}
-"""The mode of a contact that pushes; one that others carry pushes as a smooth one does where it is asked to."""
+MODE_NUMBERS = {name: mode for mode, name in MODES.items()}
+"""``enum contact_mode`` by its names."""
 
 OBSTACLES = tuple(obstacle_name(number).decode() for number in range(OBSTACLE_COUNT))
 """Names of ``enum obstacle``, in its order."""

@@ -2,18 +2,19 @@
 
 @cython.final
 cdef class _Chosen:
-    """Contacts that are held, of each its number and how; those that a run would hold where it is None."""
+    """Contacts that are held, of each its number and how; those that a run would hold where it is None. Forces that this
+    leaves open are ``shared``, among those too that are carried, or are what the motion is worked out with."""
 
     cdef held given
     cdef int[::1] contacts
     cdef signed char[::1] mode
 
-    def __cinit__(self, chosen):
-        cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
+    def __cinit__(self, chosen, bint shared=False):
+        cdef list pushing = [one for one in chosen or () if shared or one[1] != "carried"]
         self.contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
         self.mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
         self.given.count = -1 if chosen is None else <int>len(pushing)
-        self.given.set, self.given.mode = &self.contacts[0], &self.mode[0]
+        self.given.set, self.given.mode, self.given.shared = &self.contacts[0], &self.mode[0], shared
 
 
 cdef class Contacting(Evaluations):
@@ -39,19 +40,21 @@ cdef class Contacting(Evaluations):
             find_unknown(&s, b, &q[0, 0], &out[0])
         return np.asarray(out)[:b].astype(bool)
 
-    def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None, latched=None):
+    def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None, latched=None, bint shared=False):
         """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, joint
         reactions (b, 3 joints) and what effects tell (b, told) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
         outcome, and of what prevents it the name, the contact and the size.
 
         Contacts are held as ``chosen`` says, of each its number and how; those that a run would hold
-        where it is None. ``latched`` (b, latches) is what effects hold, None where each state stands for itself."""
+        where it is None. Forces that this leaves open are ``shared``: those of least norm within Coulomb's limits, of contacts that
+        are carried, or said to be at their limit, as of others; where they are not, these have the forces that this says.
+        ``latched`` (b, latches) is what effects hold, None where each state stands for itself."""
         cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, every
         cdef size_t carried = 3 * self.m.joints
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
         cdef real[:, ::1] reactions = empty((b, max(carried, 1))), told = empty((b, max(self.m.told, 1)))
         cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
-        cdef _Chosen these = _Chosen(chosen)
+        cdef _Chosen these = _Chosen(chosen, shared)
         cdef real[:, ::1] holding
         cdef const real *holds = NULL
         if self.m.latches and latched is not None and b:

@@ -134,7 +134,7 @@ class Parts:
     def fill(self, rows: Any, q: FloatArray, u: FloatArray, t: float | FloatArray, held: Held | None) -> None:
         """The states ``rows``: in flight where nothing is held, with what a run would hold where that is None."""
         if held is None or held:
-            self.fill_in_contact(rows, q, u, t, held)
+            self.fill_in_contact(rows, q, u, t, held, shared=held is None)
             return
         kernels, motion = self.model.kernels, self.motion
         u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
@@ -154,11 +154,14 @@ class Parts:
         held: Held | None,
         supply: Supply | None = None,
         latched: FloatArray | None = None,
+        *,
+        shared: bool,
     ) -> None:
         """The same by the solver of a run, under the inputs of a ``supply`` if there is one, and with what effects hold
-        there, ``latched`` (b, latches)."""
+        there, ``latched`` (b, latches). Forces that this leaves open are ``shared`` as a run shares them, or are what
+        is said."""
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers, pushes, reactions, told, trouble = kernels.motion(q, u, t, held, supply, latched)
+        u_dot, multipliers, pushes, reactions, told, trouble = kernels.motion(q, u, t, held, supply, latched, shared)
         if trouble:
             raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)
@@ -181,6 +184,11 @@ def _trouble(model: Compiled, state: int, outcome: str, obstacle: str, contact: 
         return ValueError(
             f"{model.name}: friction jams in state {state}: the forces of its contacts have no solution, or more than "
             "one; say how contacts are held by contacts={(point, ground): how}, or leave them out with contacts=()"
+        )
+    if outcome == "repeats":
+        return ValueError(
+            f"{model.name}: the search for the forces of contacts in state {state} does not end; say how they are held by "
+            "contacts={(point, ground): how}"
         )
     if not obstacle:
         return no_motion(model, state, outcome)

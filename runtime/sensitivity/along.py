@@ -250,7 +250,7 @@ def _steps(
     """What each step makes of differences with what is held on it, by ``sweeps`` or as matrices; all that are held
     alike at once."""
     tolerance = getattr(run.advance, "tolerances", (0.0, 0.0))
-    groups: dict[tuple[tuple[int, str, float], ...], list[int]] = {}
+    groups: dict[tuple[tuple[int, str], ...], list[int]] = {}
     for k, one in enumerate(helds):
         groups.setdefault(tuple(tuple(contact) for contact in one), []).append(k)  # type: ignore[misc]
     found: dict[int, Part | Swept] = {}

@@ -48,7 +48,7 @@ class Along:
             rows = np.flatnonzero(which == one)
             held = self.ways[one] if one >= 0 else ()
             latched = self.advance.latched.at(t[rows])
-            found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply, latched)
+            found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply, latched, shared=True)
         unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
         if model.rows:
             unknown |= model.kernels.unknown(np.ascontiguousarray(q))

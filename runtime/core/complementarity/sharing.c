@@ -4,6 +4,9 @@
  * that is nearest to the origin: least |y| with G (P0 + Z y) >= 0, P0 being perpendicular to Z. That is a problem of nonnegative least squares in as many
  * unknowns as there are limits (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23). The norm is Euclid's of
  * normal forces and friction alike, in N; that of a stop is its moment over its lever.
+ *
+ * What P keeps as an equation, friction that is what sliding makes it, Z does not see, as it does not see W. Each limit is as wide as P needs it: by what P has lost
+ * to rounding. So P is always among the forces of which the nearest is sought, and there is one.
  */
 #include "complementarity/sharing.h"
 
@@ -112,51 +115,54 @@ static int solve_nearest(struct nearest *s)
     return 1;
 }
 
-/* The limits G[limits][rows] of Coulomb's law, each of length 1, as G P >= 0; how many */
-static int write_limits(const struct shared *c, double *G)
+/* The limits G[limits][rows] of Coulomb's law, each of length 1, as G P >= 0, and the equations F[given][rows] of what friction is, and of what opens; how many limits, and
+ * *given equations */
+static int write_limits(const struct shared *c, double *G, double *F, int *given)
 {
     const size_t rows = (size_t)c->rows;
-    int count = 0;
+    const int rough = c->rows > c->n;
+    int count = 0, equal = 0;
     for (int i = 0; i < c->n; i++) {
-        const double mu = c->rows > c->n ? c->mu[i] : 0.0, length = sqrt(1.0 + mu * mu);
-        const int t = c->rows > c->n ? c->n + i : -1;
-        double *g = G + (size_t)count * rows;
-        if (!(mu > 0.0) || c->leaves[i] || c->side[i])
-            g[i] = 1.0, count++;
-        if (c->leaves[i]) /* and no more */
-            g[rows + i] = -1.0, g += rows, count++;
-        if (t < 0)
-            continue;
-        const double side = c->leaves[i] || !(mu > 0.0) ? 0.0 : c->side[i];
-        g = G + (size_t)count * rows;
-        if (side != 0.0 || c->leaves[i] || !(mu > 0.0)) { /* friction is what it is: two limits at one place */
-            g[i] = side * mu / length, g[t] = 1.0 / length;
-            g[rows + i] = -g[i], g[rows + t] = -g[t];
-        } else {
-            g[i] = mu / length, g[t] = 1.0 / length;
-            g[rows + i] = mu / length, g[rows + t] = -1.0 / length;
+        const double mu = rough ? c->mu[i] : 0.0, length = sqrt(1.0 + mu * mu);
+        const int within = mu > 0.0 && !c->leaves[i] && !c->side[i];
+        if (c->leaves[i])
+            F[(size_t)equal++ * rows + i] = 1.0;
+        else if (!within)
+            G[(size_t)count++ * rows + i] = 1.0;
+        for (int way = -1; within && way <= 1; way += 2, count++) {
+            G[(size_t)count * rows + i] = mu / length;
+            G[(size_t)count * rows + c->n + i] = way / length;
         }
-        count += 2;
+        if (rough && !within) {
+            const double side = c->leaves[i] || !(mu > 0.0) ? 0.0 : c->side[i], whole = hypot(1.0, side * mu);
+            F[(size_t)equal * rows + i] = side * mu / whole;
+            F[(size_t)equal++ * rows + c->n + i] = 1.0 / whole;
+        }
     }
+    *given = equal;
     return count;
 }
 
-/* P[rows] <- its part that W sees, and the orthonormal Z[rows - rank][rows] that it does not see; how many. -1 where digits are lost */
-static int part_unseen(const struct shared *c, double *P, double *Z)
+/* P[rows] <- its part that W and the equations F[given][rows] see, and the orthonormal Z[rows - rank][rows] that they do not see; how many. -1 where digits are
+ * lost */
+static int part_unseen(const struct shared *c, int given, const double *F, double *P, double *Z)
 {
-    const int n = c->rows;
+    const int n = c->rows, all = n + given;
     struct arena *arena = c->arena;
-    double *g = TAKE(arena, double, (size_t)n *n), *diagonal = TAKE(arena, double, n), *beta = TAKE(arena, double, n);
-    int *order = TAKE(arena, int, n);
+    double *g = TAKE(arena, double, (size_t)all *n), *diagonal = TAKE(arena, double, all),
+           *beta = TAKE(arena, double, all);
+    int *order = TAKE(arena, int, all);
     if (arena->ran_out)
         return -1;
     for (int j = 0; j < n; j++) { /* rows of W, of one size, span what it sees */
         const double own = c->W[(size_t)j * n + j], unit = own > 0.0 ? 1.0 / own : 0.0;
-        order[j] = j;
         for (int i = 0; i < n; i++)
             g[(size_t)j * n + i] = unit * c->W[(size_t)j * n + i];
     }
-    const int rank = reduce_columns(n, n, g, DEPENDENT_PIVOT, diagonal, beta, order);
+    memcpy(g + (size_t)n * n, F, (size_t)given * n * sizeof *g);
+    for (int j = 0; j < all; j++)
+        order[j] = j;
+    const int rank = reduce_columns(n, all, g, DEPENDENT_PIVOT, diagonal, beta, order);
     if (rank && !(fabs(diagonal[rank - 1]) > WELL_PIVOT * fabs(diagonal[0])))
         return -1;
     for (int j = rank; j < n; j++) {
@@ -171,56 +177,65 @@ static int part_unseen(const struct shared *c, double *P, double *Z)
     return n - rank;
 }
 
-/* As `share_forces`, from the part P that W sees, in units of `scale`. 1 where there are none */
-static int go_to_nearest(const struct shared *c, int unseen, const double *Z, double scale, double *P)
+/* seen[rows] <- the forces of least norm within the limits G[limits][rows], from the part of P that is seen, in units of `scale`. 1 where there are none */
+static int go_to_nearest(const struct shared *c, int limits, const double *G, int unseen, const double *Z, double scale,
+                         const double *P, double *seen)
 {
     struct arena *arena = c->arena;
-    const size_t rows = (size_t)c->rows, most = 4 * (size_t)c->n, m = (size_t)unseen + 1;
-    double *G = TAKE_ZEROS(arena, double, most *rows);
+    const size_t rows = (size_t)c->rows, most = (size_t)limits, m = (size_t)unseen + 1;
     struct nearest s = {.m = unseen + 1,
+                        .limits = limits,
                         .E = TAKE(arena, double, most *m),
                         .u = TAKE_ZEROS(arena, double, most),
                         .trial = TAKE(arena, double, most),
                         .left = TAKE(arena, double, m),
-                        .g = TAKE(arena, double, most *m),
-                        .diagonal = TAKE(arena, double, most),
-                        .beta = TAKE(arena, double, most),
+                        .g = TAKE(arena, double, (most + 1) * m),
+                        .diagonal = TAKE(arena, double, most + 1),
+                        .beta = TAKE(arena, double, most + 1),
                         .to = TAKE(arena, double, m),
-                        .set = TAKE(arena, int, most),
+                        .set = TAKE(arena, int, most + 1),
                         .pressed = TAKE_ZEROS(arena, char, most),
                         .depends = TAKE_ZEROS(arena, char, most)};
     if (arena->ran_out)
         return 1;
-    s.limits = write_limits(c, G);
-    for (int i = 0; i < s.limits; i++) {
+    for (int i = 0; i < limits; i++) {
         const double *g = G + (size_t)i * rows;
         double *e = s.E + (size_t)i * m;
         for (int k = 0; k < unseen; k++)
             e[k] = dot(c->rows, g, Z + (size_t)k * rows);
-        e[unseen] = -dot(c->rows, g, P) / scale;
+        e[unseen] = (fmin(0.0, dot(c->rows, g, P)) - dot(c->rows, g, seen)) / scale;
     }
     if (solve_nearest(&s) || !(s.left[unseen] > DEPENDENT_PIVOT))
         return 1;
     for (int k = 0; k < unseen; k++)
         for (size_t i = 0; i < rows; i++)
-            P[i] -= scale * s.left[k] / s.left[unseen] * Z[(size_t)k * rows + i];
+            seen[i] -= scale * s.left[k] / s.left[unseen] * Z[(size_t)k * rows + i];
     return 0;
 }
 
-void share_forces(const struct shared *c, double *P)
+enum outcome share_forces(const struct shared *c, double *P)
 {
     struct arena *arena = c->arena;
     const struct mark mark = arena->top;
     const size_t rows = (size_t)c->rows;
     double *seen = TAKE(arena, double, rows), *Z = TAKE(arena, double, rows *rows);
+    double *G = TAKE_ZEROS(arena, double, rows *rows), *F = TAKE_ZEROS(arena, double, rows *rows);
     double scale = 0.0;
+    enum outcome outcome = OUTCOME_DONE;
     for (size_t i = 0; i < rows; i++)
         scale = fmax(scale, fabs(P[i]));
     if (!arena->ran_out && scale > 0.0) {
+        int given;
+        const int limits = write_limits(c, G, F, &given);
         memcpy(seen, P, rows * sizeof *P);
-        const int unseen = part_unseen(c, seen, Z);
-        if (unseen > 0 && !go_to_nearest(c, unseen, Z, scale, seen))
+        const int unseen = part_unseen(c, given, F, seen, Z);
+        if (unseen > 0 && go_to_nearest(c, limits, G, unseen, Z, scale, P, seen))
+            outcome = OUTCOME_REPEATS;
+        else if (unseen > 0)
             memcpy(P, seen, rows * sizeof *P);
     }
+    if (arena->ran_out)
+        outcome = OUTCOME_NO_MEMORY;
     give_back(arena, mark);
+    return outcome;
 }

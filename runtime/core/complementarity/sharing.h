@@ -3,6 +3,7 @@
 #define CCGEN_SHARING_H
 
 #include "base/arena.h"
+#include "base/outcome.h"
 
 /* Contacts that push with forces that keep the law, and by which nothing but the forces is to change */
 struct shared {
@@ -15,8 +16,9 @@ struct shared {
     struct arena *arena;
 };
 
-/* P[rows] <- the forces of least norm that give the accelerations W P that P gives, push, and keep Coulomb's law. P stays as it is where there are no others, and
- * where memory runs out. */
-void share_forces(const struct shared *c, double *P);
+/* P[rows] <- the forces of least norm that give the accelerations W P that P gives, push, and keep Coulomb's law as far as P does. P stays as it is where there are no
+ * others, which is so too where rows nearly depend on each other: digits of W do not tell then what gives the same. It stays where memory runs out, and where the search
+ * does not end (OUTCOME_REPEATS), which it does but for rounding. */
+enum outcome share_forces(const struct shared *c, double *P);
 
 #endif

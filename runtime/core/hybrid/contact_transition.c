@@ -64,8 +64,8 @@ static int solve_rough(struct arena *arena, struct decision *d, int m)
 }
 
 /* Of the forces x at m contacts, from the parts of the problem that are theirs, those of least norm that do the same: what opens has none, and what begins to slide is
- * at its limit. */
-static void share(struct arena *arena, struct decision *d, int m, double *x)
+ * at its limit. Where rounding keeps the search from its end, forces stay that obey the law as well. */
+static enum outcome share(struct arena *arena, struct decision *d, int m, double *x)
 {
     struct part *p = &d->part;
     const int width = d->all > d->count ? 2 * m : m;
@@ -87,9 +87,9 @@ static void share(struct arena *arena, struct decision *d, int m, double *x)
     }
     const struct shared problem = {
         .n = m, .rows = width, .W = p->W, .mu = p->mu, .side = side, .leaves = leaves, .arena = arena};
-    if (!arena->ran_out)
-        share_forces(&problem, x);
+    const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : share_forces(&problem, x);
     give_back(arena, mark);
+    return outcome == OUTCOME_REPEATS ? OUTCOME_DONE : outcome;
 }
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
@@ -125,8 +125,8 @@ static enum outcome solve(const struct phase *f, struct decision *d, int except,
                : rough || f->s->model->drives
                    ? OUTCOME_REPEATS
                    : OUTCOME_INEXACT; /* smooth contacts have forces (docs/theory, section 5.2) */
-    if (except < 0)
-        share(arena, d, m, x);
+    if (except < 0 && share(arena, d, m, x))
+        return OUTCOME_NO_MEMORY;
     k = 0;
     for (int i = 0; i < d->all; i++)
         if (d->in[i % n] && i % n != except)

@@ -53,11 +53,10 @@ void held_at(const struct ccgen_simulation *it, struct between *b, double t, int
     if (!changes)
         return;
     for (size_t k = modes->first[changes - 1]; k < modes->first[changes]; k++) {
-        const int carried = modes->mode[k] == IMPLIED;
-        if (carried && pushing)
+        if (modes->mode[k] == IMPLIED && pushing)
             continue;
         b->set[b->count] = modes->contact[k];
-        b->mode[b->count++] = carried ? FRICTIONLESS : modes->mode[k];
+        b->mode[b->count++] = modes->mode[k];
     }
 }
 

@@ -29,8 +29,7 @@ int take_between(struct ccgen_simulation *s, struct between *b);
 /* The state q[n], u[n] of the run at t, within its record, as accurate as the run: after an impact at its time. */
 enum outcome state_at(const struct ccgen_simulation *s, struct between *b, double t, double *q, double *u);
 
-/* The contacts that are held at t, into b->set and so on; those that others carry too, as smooth ones, unless `pushing` alone are
- * asked for. */
+/* The contacts that are held at t, into b->set and so on; those that others carry too, unless `pushing` alone are asked for. */
 void held_at(const struct ccgen_simulation *s, struct between *b, double t, int pushing);
 
 /* What effects hold at t, into b->latched */

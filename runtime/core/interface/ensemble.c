@@ -190,7 +190,7 @@ static void write_forces(struct worker *w, size_t place, double t, const double 
         unknown = 1;
     else if (m->rows)
         find_unknown(&s, 1, q, &unknown);
-    const struct held held = {b->count, b->set, b->mode};
+    const struct held held = {b->count, b->set, b->mode, 1};
     memset(w->push, 0, pushes * sizeof *w->push);
     if (unknown ||
         held_forces(&s, 1, 0, &t, q, u, m->latches ? b->latched : NULL, held, w->u_dot, w->lambda, w->push, w->reaction,

@@ -12,6 +12,7 @@
 #include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
+#include "constraints/shared_forces.h"
 #include "hybrid/contact_transition.h"
 #include "motion/acceleration.h"
 #include "model/contacts.h"
@@ -20,12 +21,14 @@
 struct room {
     struct active_set active;
     struct phase phase;
-    double *f, *du;   /* [n] scratch */
-    double *gaps;     /* [contacts] scratch */
-    double *lambda;   /* [rows] */
-    double *impulses; /* [rows] scratch */
-    double *still;    /* [rows] zeros */
-    double *more;     /* [joints][3] scratch */
+    signed char *mode; /* [contacts] scratch */
+    double *f, *du;    /* [n] scratch */
+    double *gaps;      /* [contacts] scratch */
+    double *lambda;    /* [rows] */
+    double *impulses;  /* [rows] scratch */
+    double *still;     /* [rows] zeros */
+    double *before;    /* [2 contacts] scratch */
+    double *more;      /* [joints][3] scratch */
 };
 
 static int take_room(struct system *s, struct room *r)
@@ -40,12 +43,14 @@ static int take_room(struct system *s, struct room *r)
                   .rates = TAKE_ZEROS(arena, double, c),
                   .gaps = TAKE_ZEROS(arena, double, c),
                   .set = TAKE(arena, int, c)},
+        .mode = TAKE(arena, signed char, c),
         .f = TAKE(arena, double, s->n),
         .du = TAKE(arena, double, s->n),
         .gaps = TAKE(arena, double, c),
         .lambda = TAKE(arena, double, m->rows),
         .impulses = TAKE(arena, double, m->rows),
         .still = TAKE_ZEROS(arena, double, m->rows),
+        .before = TAKE(arena, double, 2 * c),
         .more = TAKE(arena, double, 3 * (size_t)m->joints),
     };
     if (take_active_set(arena, &r->active, m))
@@ -151,8 +156,43 @@ static void generalized(const struct system *s, const double *q, const double *p
         f[i] += friction[i];
 }
 
+/* Hold what is given. Those that are carried push where forces are shared, else not. */
+static void hold_given(struct active_set *h, const struct ccgen_model *m, struct held held, int *set, signed char *mode)
+{
+    int count = 0;
+    clear_active_set(h, m);
+    for (int i = 0; i < held.count; i++) {
+        h->closed[held.set[i]] = held.mode[i] == IMPLIED ? CARRIED : PUSHING;
+        if (held.mode[i] != IMPLIED) {
+            set[count] = held.set[i];
+            mode[count++] = held.mode[i];
+        }
+    }
+    activate(h, count, set, mode);
+}
+
+/* push[2 contacts] <- the forces of least norm that move nothing otherwise, and what they do to the multipliers */
+static enum outcome share(struct room *r, const double *q, const double *u, const double *u_dot, double *push)
+{
+    struct system *s = r->phase.s;
+    const struct ccgen_model *m = s->model;
+    const int pushes = 2 * m->contacts;
+    memcpy(r->before, push, pushes * sizeof *push);
+    enum outcome outcome = share_pushes(s, q, u, u_dot, push);
+    if (outcome || !m->rows)
+        return outcome;
+    for (int c = 0; c < pushes; c++)
+        r->before[c] = push[c] - r->before[c];
+    generalized(s, q, r->before, r->du, r->f);
+    outcome = system_impulse(s, q, r->f, r->still, RANK_TOLERANCE, r->du, r->impulses);
+    for (int i = 0; i < m->rows && !outcome; i++)
+        r->lambda[i] += r->impulses[i];
+    return outcome;
+}
+
 /* The motion with the contacts that are held */
-static enum outcome motion(struct room *r, double t, const double *q, const double *u, double *u_dot, double *push)
+static enum outcome motion(struct room *r, double t, const double *q, const double *u, int shared, double *u_dot,
+                           double *push)
 {
     struct system *s = r->phase.s;
     const struct ccgen_model *m = s->model;
@@ -162,14 +202,14 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
     if (outcome || !active_count(s))
         return outcome;
     pushes_of(s, push);
-    if (s->rank_deficient > dependent) /* solved for together */
-        return OUTCOME_DONE;
-    generalized(s, q, push, r->du, r->f);
-    if (m->impulse(s->k, q, r->f, r->still, r->du, r->impulses))
-        return OUTCOME_NOT_FINITE;
-    for (int i = 0; i < m->rows; i++)
-        r->lambda[i] += r->impulses[i];
-    return OUTCOME_DONE;
+    if (s->rank_deficient == dependent) { /* else solved for together */
+        generalized(s, q, push, r->du, r->f);
+        if (m->impulse(s->k, q, r->f, r->still, r->du, r->impulses))
+            return OUTCOME_NOT_FINITE;
+        for (int i = 0; i < m->rows; i++)
+            r->lambda[i] += r->impulses[i];
+    }
+    return shared && may_be_shared(s) ? share(r, q, u, u_dot, push) : OUTCOME_DONE;
 }
 
 /* What the joints do to their second links then: reaction[joints][3] */
@@ -200,14 +240,14 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
         goto end;
     outcome = OUTCOME_DONE;
     if (held.count >= 0 && c)
-        activate(&r.active, held.count, held.set, held.mode);
+        hold_given(&r.active, s->model, held, r.phase.set, r.mode);
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
         const double *at = q + i * n, *moving = u + i * n, now = t[i * every];
         found->state = i;
         s->latched = latched ? latched + i * s->model->latches : NULL;
         if (held.count < 0 && c && ((outcome = hold_asked(&r, now, at, moving, found)) || found->why))
             break;
-        outcome = motion(&r, now, at, moving, u_dot + i * n, push + i * 2 * c);
+        outcome = motion(&r, now, at, moving, held.shared, u_dot + i * n, push + i * 2 * c);
         memcpy(lambda + i * (rows + 1), r.lambda, rows * sizeof *lambda);
         if (!outcome)
             react(&r, now, at, moving, u_dot + i * n, push + i * 2 * c, reaction + i * entries);

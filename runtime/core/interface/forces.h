@@ -4,11 +4,13 @@
 
 #include "model/system.h"
 
-/* Contacts `set` that are held, `mode` as in constraints/active_set.h. With a negative count, those that the runtime would hold at the state. */
+/* Contacts `set` that are held, `mode` as in constraints/active_set.h; what others carry has no force. With a negative count, those that the runtime would hold at the state. Where they are
+ * `shared`, forces that this leaves open are those of least norm within Coulomb's limits, of those too that are carried, or whose friction is said to be at its limit. */
 struct held {
     int count;
     const int *set;
     const signed char *mode;
+    int shared;
 };
 
 /* Why a state has no such forces, besides outcomes: a contact strikes, or lies behind its surface. */

@@ -1,0 +1,14 @@
+/* Forces of held contacts that rigid bodies leave open; see shared_forces.c. */
+#ifndef CCGEN_SHARED_FORCES_H
+#define CCGEN_SHARED_FORCES_H
+
+#include "constraints/active_set.h"
+
+/* Whether forces of what is held may be others than its modes say: some friction is at its limit where others keep the contact, or some contact is carried */
+int may_be_shared(const struct system *s);
+
+/* push[2 contacts], normal forces (N, N m) and friction of what is held at (q, u), which moves with u_dot <- those of least norm that give the same u_dot within Coulomb's
+ * limits, of contacts that are carried too. NO_MEMORY, or REPEATS where they are not found; push is then as it was. */
+enum outcome share_pushes(struct system *s, const double *q, const double *u, const double *u_dot, double *push);
+
+#endif
