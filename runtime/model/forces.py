@@ -187,8 +187,8 @@ def _trouble(model: Compiled, state: int, outcome: str, obstacle: str, contact: 
         )
     if outcome == "repeats":
         return ValueError(
-            f"{model.name}: the search for the forces of contacts in state {state} does not end; say how they are held by "
-            "contacts={(point, ground): how}"
+            f"{model.name}: the search for the forces of contacts in state {state} does not end; say how they "
+            "are held by contacts={(point, ground): how}"
         )
     if not obstacle:
         return no_motion(model, state, outcome)
