@@ -214,7 +214,7 @@ clean:
 	@test ! -e $(VENV)/made || rm -rf $(VENV)
 	@test ! -e $(VENV) || echo "left: $(VENV), which make did not make"
 	@test ! -e $(SITE)/.buildinfo || rm -rf $(SITE)
-	rm -rf .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
+	rm -rf .cache .editable .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
 	rm -f runtime/*.so
 	find front generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from Cython import __version__ as CYTHON  # noqa: N812
 from Cython.Compiler.Main import compile as cythonize
-from setuptools import Extension, setup
+from setuptools import Distribution, Extension, setup
 from setuptools.command.build_ext import build_ext
 
 INSTALL = """no C compiler found: looked for $CC, cc, gcc, clang and the ziglang package; install one and try again:
@@ -31,6 +31,9 @@ LAST_FLAGS = os.environ.get("CCGEN_LAST_FLAGS", "").split()
 
 RUNTIME = Path("runtime")
 BUILT = Path(os.environ.get("CCGEN_BUILD_BASE", ".cache/setuptools"))
+
+LINKED = Path(".editable")
+"""The package as links into the checkout, which an editable installation puts on Python's path."""
 
 SAID_EVERY = 3.0
 """Seconds between two lines that say how far it is."""
@@ -128,6 +131,40 @@ class BuildExt(build_ext):
         return result
 
 
+class LinkedWhereEditable(Distribution):
+    """Installed editable, the packages lie in one folder, as setuptools wants it for a path that is written down.
+
+    Otherwise it writes a program that finds them when Python starts, which type checkers and editors do not run.
+    """
+
+    def run_commands(self) -> None:
+        """Run what was asked for, on the folder of links where that is an editable wheel and links can be made."""
+        if "editable_wheel" in self.commands:
+            try:
+                link(self.package_dir)
+            except OSError as error:
+                shutil.rmtree(LINKED, ignore_errors=True)
+                print(f"ccgen: type checkers and editors will not find it: found no way to make links here ({error})")
+            else:
+                self.package_dir = {"": str(LINKED)}
+        super().run_commands()
+
+
+def link(folders: dict[str, str]) -> None:
+    """Make ``LINKED``, anew: in it the package ``ccgen`` of links to its own files and to the folders of its parts.
+
+    They are relative, and whole folders wherever that is possible: a new file is there at once, and a checkout that is
+    moved needs the installation alone again.
+    """
+    shutil.rmtree(LINKED, ignore_errors=True)
+    package = LINKED / "ccgen"
+    package.mkdir(parents=True)
+    own = [file for file in Path(folders["ccgen"]).iterdir() if file.name != "__pycache__"]
+    parts = [Path(folder) for name, folder in folders.items() if name.count(".") == 1]
+    for place in (*own, *parts):
+        (package / place.name).symlink_to(os.path.relpath(place, package), target_is_directory=place.is_dir())
+
+
 def processors() -> int:
     """How many of them this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -172,6 +209,7 @@ cores = [
     for precision in wanted()
 ]
 setup(
+    distclass=LinkedWhereEditable,
     ext_modules=cores,
     cmdclass={"build_ext": BuildExt},
     options={"build": {"build_base": str(BUILT)}},

@@ -11,9 +11,14 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
     from ccgen.generator import (
         CompileError,
         FoldError,
@@ -73,6 +78,11 @@ if TYPE_CHECKING:
         sensitivities,
         static_equilibrium,
     )
+    from ccgen.runtime.arrays import Starts
+    from ccgen.runtime.model.inputs import Given
+    from ccgen.runtime.simulation.events import OnEvent
+
+    Source = str | PathLike[str] | Scene | Mechanism | Model
 
 __all__ = [
     "AccelerationFunction",
@@ -166,7 +176,7 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, "generator", "runtime"})
 
 
-def load(source: Any) -> Model:
+def load(source: Source) -> Model:
     """The model of a scene file, a ``Scene``, a ``Mechanism``, the folder of a generated package, or a model itself.
 
     A scene is compiled into the folder ``build``, or found there. Raises what ``load_scene``, ``generate`` and
@@ -184,9 +194,97 @@ def load(source: Any) -> Model:
     return load_model(path) if path.is_dir() else load_model(generate(load_scene(path)))
 
 
-def simulate(source: Any, *arguments: Any, **named: Any) -> Any:
+@overload
+def simulate(
+    source: Source,
+    q0: Sequence[float] | None = None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> Run: ...
+@overload
+def simulate(
+    source: Source,
+    q0: Starts,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> list[Run]: ...
+@overload
+def simulate(
+    source: Source,
+    q0: ArrayLike | Starts | None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> Any: ...
+def simulate(
+    source: Source,
+    q0: ArrayLike | Starts | None = None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> Run | Any:
     """The run of what :func:`load` takes, with the arguments of :func:`ccgen.runtime.simulate`; a list of runs where it
     is given many starts."""
     from ccgen.runtime import simulate as simulated
 
-    return simulated(load(source), *arguments, **named)
+    return simulated(
+        load(source),
+        *(q0, u0, until, rtol, atol, method, params, inputs),
+        on_event=on_event,
+        step=step,
+        drift=drift,
+        on_gain=on_gain,
+        state=state,
+        progress=progress,
+        keep_interrupted=keep_interrupted,
+    )

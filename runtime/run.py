@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .arrays import FloatArray
+    from .model.model import Model
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,8 +40,10 @@ class Run(Record):
     """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
 
     `model` carries the parameter values of its beginning, :meth:`model_at` those of later, where events have set some;
-    all that is told of an instant is told with those of that instant. `advance.between` finds states between two
-    rows by steps of the run's method; `motion(t, q, u)` the forces along the run.
+    all that is told of an instant is told with those of that instant. Where joints let go or take hold, it is the whole
+    mechanism, which knows places, gaps and energies; what hangs on which joints hold is asked of the run.
+    `advance.between` finds states between two rows by steps of the run's method; `motion(t, q, u)` the forces along
+    the run.
     `unexplained` (nt,) is what of each row's energy (J), less that of the first row, is neither work of loads nor a
     loss that an impact, a phase of kind "steps" or an event records; none is known of runs of earlier versions.
     `success` says whether the end was reached,
@@ -58,6 +61,7 @@ class Run(Record):
     `events` the instants that the scene's `[[event]]` tables ask for.
     """
 
+    model: Model
     left: tuple[bytes, object] | None = field(default=None, repr=False)
 
     @property
@@ -76,6 +80,14 @@ class Run(Record):
         settings = {name: getattr(asked, name) for name in (*NUMBERS, *WORDS)}
         end = self.t[-1].item()
         return HybridState(self.model.name, end, self.q[-1], self.u[-1], dict(self.model.parameters), settings, memory)
+
+    def model_at(self, t: float) -> Model:
+        """The model as it is at t (s): with the parameters that events have set up to then, and without the effects
+        that are off; at an event as after it. :attr:`model` is that of the beginning, with all effects.
+
+        Raises ``ValueError`` for a time outside of the run.
+        """
+        return cast("Model", super().model_at(t))
 
     def point(self, name: str, t: ArrayLike | None = None) -> PointMotion:
         """Position, velocity and acceleration of a joint or a named point, as ``model.point`` knows them, at t (s), a

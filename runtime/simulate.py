@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, overload
 
 from numpy.typing import ArrayLike
 
+from .arrays import Starts
 from .model.inputs import Given
 from .model.model import Model, check_model
 from .model.numbers import dimensions
@@ -22,9 +23,69 @@ from .simulation.switching import simulate_switching
 __all__ = ["default_method", "simulate"]
 
 
+@overload
 def simulate(
     model: Model,
-    q0: ArrayLike | None = None,
+    q0: Sequence[float] | None = None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> Run: ...
+@overload
+def simulate(
+    model: Model,
+    q0: Starts,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> list[Run]: ...
+@overload
+def simulate(
+    model: Model,
+    q0: ArrayLike | Starts | None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: Given = None,
+    *,
+    on_event: OnEvent | None = None,
+    step: float | None = None,
+    drift: str | None = None,
+    on_gain: str | None = None,
+    state: HybridState | None = None,
+    progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
+) -> Any: ...
+def simulate(
+    model: Model,
+    q0: ArrayLike | Starts | None = None,
     u0: ArrayLike | None = None,
     until: float | None = None,
     rtol: float | None = None,
@@ -100,7 +161,7 @@ def simulate(
 
 def _simulated(
     model: Model,
-    q0: ArrayLike | None,
+    q0: Any,
     u0: ArrayLike | None,
     on_event: OnEvent | None,
     state: HybridState | None,

@@ -113,4 +113,4 @@ def relabel_of(model: Model, given: Mapping[str, str]) -> tuple[FloatArray, Floa
             expected = f"a number, or one of {', '.join(names)} with or without a minus"
             faults.add(f'--relabel {name}: found "{text}", expected {expected}; {error}')
     faults.stop_if_any()
-    return np.kron(np.eye(2), places), np.concatenate([column, np.zeros(n)])
+    return np.asarray(np.kron(np.eye(2), places), dtype=np.float64), np.concatenate([column, np.zeros(n)])

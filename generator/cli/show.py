@@ -52,8 +52,8 @@ def show(
         from ccgen.runtime.model.thresholds import thresholds_text
         from ccgen.runtime.record.outputs import outputs_text
 
-        text = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
-        typer.echo(text(with_settings(compiled(scene, detail), settings, scene, detail)))
+        told = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
+        typer.echo(told(with_settings(compiled(scene, detail), settings, scene, detail)))
         return
     changed = _with_values(scene, settings, detail) if settings else None
     if changed is None:

@@ -103,7 +103,7 @@ def _check_netcdf(file: Path) -> None:
     from ccgen.runtime.extras import needed
     from ccgen.runtime.sweep.results import check_netcdf
 
-    _check_file("--netcdf", lambda: (needed("xarray", "a table as NetCDF"), check_netcdf(file)))
+    _check_file("--netcdf", partial(needed, "xarray", "a table as NetCDF"), partial(check_netcdf, file))
 
 
 def _check_zarr(folder: Path) -> None:
@@ -111,12 +111,13 @@ def _check_zarr(folder: Path) -> None:
     from ccgen.runtime.extras import needed
     from ccgen.runtime.sweep.zarr_folder import check_zarr
 
-    _check_file("--zarr", lambda: (needed("zarr", "a table as Zarr"), check_zarr(folder)))
+    _check_file("--zarr", partial(needed, "zarr", "a table as Zarr"), partial(check_zarr, folder))
 
 
-def _check_file(option: str, check: Callable[[], object]) -> None:
+def _check_file(option: str, *checks: Callable[[], object]) -> None:
     try:
-        check()
+        for check in checks:
+            check()
     except (ValueError, ImportError) as error:
         fail(f"{option}: {error}")
 
@@ -146,7 +147,8 @@ def replay(
         made = Results(folder).run(model, read_plan(plan_file, model, partial(written, scene=scene), locate), run)
     place.mkdir(parents=True, exist_ok=True)
     with refusing(OSError):
-        for name, way in zip(FILES, (made.save, made.plot, made.save_player), strict=True):
+        ways: tuple[Callable[[Path], object], ...] = (made.save, made.plot, made.save_player)
+        for name, way in zip(FILES, ways, strict=True):
             way(place / name)
             record_results(place, [name])
     typer.echo(f"run {run}: {made.message}")

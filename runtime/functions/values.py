@@ -15,7 +15,7 @@ from ..sensitivity.told import TIMES, WHOLE, Output, label, value_of
 
 def output_values(run: Run, outputs: Sequence[Output], times: FloatArray) -> dict[str, FloatArray]:
     """Each output by its name, (times,) or (times, n) of what is no number; impact times (impacts,)."""
-    places, found = places_of(run.model), dict[str, FloatArray]()  # type: ignore[arg-type]
+    places, found = places_of(run.model), dict[str, FloatArray]()
     states = dict(zip(WHOLE, run.at(times), strict=True))
     for output in outputs:
         name = label(output)

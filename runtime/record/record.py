@@ -115,11 +115,7 @@ class Record:
         return InForce.of_one(self.model)
 
     def model_at(self, t: float) -> Drawable:
-        """The model as it is at t (s): with the parameters that events have set up to then, and without the effects
-        that are off; at an event as after it. :attr:`model` is that of the beginning, with all effects.
-
-        Raises ``ValueError`` for a time outside of the run.
-        """
+        """The model in force at t (s), as :meth:`~..run.Run.model_at` says."""
         time = read_numbers(t, "t", self.t.dtype)
         if time.ndim or not self.t[0] <= time <= self.t[-1]:
             raise ValueError(f"t: found {t!r}, expected a time within the run, from {self.t[0]} to {self.t[-1]} s")

@@ -162,5 +162,5 @@ def seen(before: Seen | None, run: Run, signals: Sequence[Signal], armed: Sequen
         looks = Looks.of(run, part)
         for of_signal, signal, first in zip(parts, signals, armed, strict=True):
             was_below = bool(of_signal[-1].below[-1]) if of_signal else first
-            of_signal.append(watched(signal, looks, run.model, was_below))  # type: ignore[arg-type]
+            of_signal.append(watched(signal, looks, run.model, was_below))
     return Seen(run, tuple(Watched.joined(of_signal) for of_signal in parts))

@@ -334,7 +334,7 @@ def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: se
         course.structure, advance = piece.structure, piece.run.advance
         course.q, course.u = piece.run.at(min(course.t, piece.run.t[-1]))
     for part in (piece.run for piece in inner):
-        course.way = (course.way or Way(part.t[0].item(), {})).on(part.model, part.q[0], part.q[-1])  # type: ignore[arg-type]
+        course.way = (course.way or Way(part.t[0].item(), {})).on(part.model, part.q[0], part.q[-1])
     course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
     course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
 
@@ -403,7 +403,7 @@ def _unsettable(course: Course, event: Event, error: ValueError) -> str:
 def _number(course: Course, value: float | str, run: Run, event: Event) -> float:
     """What a parameter is set to."""
     if isinstance(value, str):
-        return Quantity(value).at(run.model, event.t, event.q, event.u)  # type: ignore[arg-type]
+        return Quantity(value).at(run.model, event.t, event.q, event.u)
     return value
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
+from ..model.model import Model
 from ..model.whole import Whole
 from ..record.hybrid_state import HybridState
 from ..record.impact import Impact
@@ -139,7 +141,7 @@ def joined(
     impacts += [(impact.t, number, 0, impact) for number, impact in strikes]
     last = pieces[-1].run
     return SwitchedRun(
-        model=whole,
+        model=cast("Model", whole),  # for what a record and pictures ask, and what is the same of all structures
         t=np.concatenate(t),
         q=np.concatenate(q),
         u=np.concatenate(u),

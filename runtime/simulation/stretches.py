@@ -13,7 +13,6 @@ import numpy as np
 from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.model import Model
-from ..record.drawable import Drawable
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..record.in_force import InForce
@@ -126,7 +125,7 @@ def strung(
     message = last.message if message is None else message
     if len(pieces) == 1 and last.model.name == model.name and not changed:
         return replace(last, nfev=nfev, message=message, events=events)
-    whole: Drawable = pieces[0].run.model if pieces[0].run.model.name == model.name else model
+    whole = pieces[0].run.model if pieces[0].run.model.name == model.name else model
     firsts = [0 if piece.anew else 1 for piece in pieces]
     return StretchedRun(
         model=whole,

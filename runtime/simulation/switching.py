@@ -193,7 +193,7 @@ def _advance(
         numbers = (*numbers, *instant.numbers)
     walk.pieces.append(Piece(walk.structure, run, walk.anew))
     walk.rows += len(run.t)
-    walk.way = walk.way.on(run.model, run.q[0], run.q[-1])  # type: ignore[arg-type]
+    walk.way = walk.way.on(run.model, run.q[0], run.q[-1])
     walk.t, walk.q, walk.u, walk.state, walk.anew = float(run.t[-1]), run.q[-1], run.u[-1], run.state, False
     walk.latched = run.advance.latched.at(walk.t) if isinstance(run.advance, Advance) else None
     return numbers
