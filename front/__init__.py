@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from ccgen import generator as generator
+    from ccgen import runtime as runtime
     from ccgen.generator import (
         CompileError,
         FoldError,
@@ -162,14 +164,16 @@ _OF_GENERATOR = frozenset(
 )
 
 
-def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        return import_module(".generator.version", __name__).VERSION
-    if name in ("generator", "runtime"):
-        return import_module(f".{name}", __name__)
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(".generator" if name in _OF_GENERATOR else ".runtime", __name__), name)
+if not TYPE_CHECKING:  # all names are imported above: any other is a fault before the program runs
+
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            return import_module(".generator.version", __name__).VERSION
+        if name in ("generator", "runtime"):
+            return import_module(f".{name}", __name__)
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(".generator" if name in _OF_GENERATOR else ".runtime", __name__), name)
 
 
 def __dir__() -> list[str]:

@@ -1,6 +1,7 @@
 """A scene built call by call in Python, in the words of scene files: one method for every table.
 
-The methods are made of the scene's own tables, so that a new effect has its method without a line here.
+The methods are made of the scene's own tables, so that a new effect has its method without a line here. Type checkers
+and editors read them in table_methods.pyi, which docs/scripts/table_methods.py writes.
 """
 
 from __future__ import annotations
@@ -11,10 +12,15 @@ import sys
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import Path as Folder
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .pipeline import generate
 from .scene import TABLES, Scene, TableKind, load_scene, plain, read_tables
+
+if TYPE_CHECKING:
+    from .table_methods import TableMethods
+else:
+    TableMethods = object
 
 Word = Callable[..., "Mechanism"]
 Path = tuple[str | int, ...]
@@ -22,7 +28,7 @@ _Places = dict[Path, tuple[str, int]]
 """The file and line of the call that gave a value."""
 
 
-class Mechanism:
+class Mechanism(TableMethods):
     """A mechanism that is described call by call; each call adds a table of a scene, and gives the mechanism back.
 
     ``Mechanism("arm").link("rod", rod={"mass": 1.0}, points={"A": [0, 0], "B": [1, 0]}).joint(between=["ground.O",
@@ -40,12 +46,14 @@ class Mechanism:
         if name is not None:
             self._tables["name"] = name
 
-    def __getattr__(self, key: str) -> Word:
-        if key not in TABLES:
-            close = get_close_matches(key, TABLES, 1)
-            advice = f"write {close[0]}" if close else f"expected one of {', '.join(TABLES)}"
-            raise AttributeError(f"a mechanism has no {key}; {advice}")
-        return _word(self, key, TABLES[key])
+    if not TYPE_CHECKING:  # table_methods.pyi has them all: what is not there is a fault before the program runs
+
+        def __getattr__(self, key: str) -> Word:
+            if key not in TABLES:
+                close = get_close_matches(key, TABLES, 1)
+                advice = f"write {close[0]}" if close else f"expected one of {', '.join(TABLES)}"
+                raise AttributeError(f"a mechanism has no {key}; {advice}")
+            return _word(self, key, TABLES[key])
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *TABLES]

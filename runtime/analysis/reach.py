@@ -44,7 +44,7 @@ class OutOfReach(ValueError):
 def reach(
     model: Model,
     q: ArrayLike,
-    points: Mapping[str, Sequence[float | None]] | None = None,
+    points: Mapping[str, Sequence[float | None] | FloatArray] | None = None,
     angles: Mapping[str, float | str] | None = None,
     slides: Mapping[str, float] | None = None,
 ) -> FloatArray:

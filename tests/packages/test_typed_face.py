@@ -1,0 +1,205 @@
+"""What type checkers and editors know of ``import ccgen``, as it is installed: mypy and jedi, which run none of it."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import inspect
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_overloads
+
+import pytest
+
+import ccgen
+from ccgen.generator.scene import TABLES
+
+from ..support.effect_examples import EXAMPLES
+from ..support.folders import ROOT, SCENES
+
+TOP = """\
+from pathlib import Path
+
+import numpy as np
+
+import ccgen
+from ccgen.runtime import load_model, simulate
+
+model = load_model("build/arm")
+q, u = model.start()
+"""
+RUN, MODEL, MECHANISM = "ccgen.runtime.run.Run", "ccgen.runtime.model.model.Model", "ccgen.generator.builder.Mechanism"
+TYPES = {
+    'ccgen.simulate("x.toml")': RUN,
+    'ccgen.simulate(Path("x.toml"), until=1.0, inputs={"m": 1.0})': RUN,
+    "ccgen.simulate(ccgen.loop(6), [0.0, 1.0])": RUN,
+    'ccgen.simulate(ccgen.Mechanism("x"), (0, 1), None, 2.0)': RUN,
+    "ccgen.simulate(model, state=None)": RUN,
+    "simulate(model)": RUN,
+    'ccgen.simulate("x.toml", q0=[[0.0], [1.0]])': f"list[{RUN}]",
+    'ccgen.simulate("x.toml", [(0.0, 1), (1.0, 0)], u, method="radau")': f"list[{RUN}]",
+    "simulate(model, [[0.0], [1.0]], keep_interrupted=True)": f"list[{RUN}]",
+    "simulate(model, q, u)": "Any",
+    "simulate(model, np.zeros((3, 2)))": "Any",
+    'ccgen.load("x.toml")': MODEL,
+    "ccgen.runtime.load_model(ccgen.generator.generate(ccgen.loop(4)))": MODEL,
+    "ccgen.__version__": "str",
+    'ccgen.simulate("x.toml").model': MODEL,
+    'ccgen.simulate("x.toml").model_at(0.5)': MODEL,
+    'ccgen.Mechanism("x").link("a", rod={"mass": 1}).joint(between=("a.A", "ground.O")).run(until="3 s")': MECHANISM,
+    'ccgen.Mechanism("x").part(ccgen.Mechanism("leg"), ports=["hip"]).gravity(g=np.float64(9.81))': MECHANISM,
+}
+FAULTS = {
+    'ccgen.simulate("x.toml", utnil=1.0)': 'Unexpected keyword argument "utnil"',
+    "ccgen.simulate(3)": 'No overload variant of "simulate"',
+    "ccgen.simulat(model)": 'Module has no attribute "simulat"',
+    'ccgen.simulate("x.toml").impact': '"Run" has no attribute "impact"',
+    'ccgen.Mechanism("x").sprng(stiffness=1.0)': '"Mechanism" has no attribute "sprng"',
+    'ccgen.Mechanism("x").spring(stifness=1.0)': 'Unexpected keyword argument "stifness"',
+    'ccgen.Mechanism("x").joint(type="wedl")': 'Argument "type" to "joint"',
+    'ccgen.Mechanism("x").run(until=[1.0])': 'Argument "until" to "run"',
+}
+
+
+def mypy(folder: Path, text: str) -> dict[int, str]:
+    """What mypy says of each line of a program, which is in a folder outside of the checkout."""
+    (folder / "program.py").write_text(text, encoding="utf-8")
+    command = (sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--hide-error-context", "program.py")
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert not done.stderr, done.stderr
+    found: dict[int, str] = {}
+    for line in done.stdout.splitlines():
+        place = re.fullmatch(r"program\.py:(\d+): (.*)", line)
+        assert place, done.stdout
+        found[int(place[1])] = f"{found.get(int(place[1]), '')}{place[2]}\n"
+    return found
+
+
+def built(scene: dict[str, Any]) -> str:
+    """The program that builds a scene call by call, in one line."""
+    calls = [
+        f".{key}({', '.join(f'{name}={value!r}' for name, value in table.items())})"
+        for key, tables in scene.items()
+        if key != "name"
+        for table in (tables if isinstance(tables, list) else [tables])
+    ]
+    return f"ccgen.Mechanism({scene.get('name')!r}){''.join(calls)}"
+
+
+def test_mypy_knows_what_is_given_and_what_is_wrong(tmp_path: Path) -> None:
+    """Types of results, mistyped names; and nothing is wrong with all effects and scenes that there are."""
+    pytest.importorskip("mypy", reason="mypy is not installed")
+    scenes = [tomllib.loads(text) for text in EXAMPLES.values()]
+    scenes += [tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(SCENES.glob("*.toml"))]
+    right = [built(scene) for scene in scenes]
+    lines = [*(f"reveal_type({code})" for code in TYPES), *FAULTS, *right]
+    first = len(TOP.splitlines()) + 1
+    said = mypy(tmp_path, TOP + "\n".join(lines) + "\n")
+    found = {code: said.pop(first + k, "").replace("builtins.", "") for k, code in enumerate([*TYPES, *FAULTS])}
+    assert {code: found[code] for code in TYPES} == {
+        code: f'note: Revealed type is "{kind}"\n' for code, kind in TYPES.items()
+    }
+    missed = {code: found[code] for code, fault in FAULTS.items() if f"error: {fault}" not in found[code]}
+    assert missed == {}
+    assert said == {} and len(right) > 50
+
+
+@pytest.fixture(scope="module")
+def editor(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """jedi, as an editor asks it about a file that lies outside of the checkout."""
+    jedi = pytest.importorskip("jedi", reason="jedi is not installed")
+    folder = tmp_path_factory.mktemp("editor")
+    jedi.settings.cache_directory = str(folder / "cache")
+    python = jedi.create_environment(sys.executable, safe=False)
+
+    def script(code: str) -> Any:
+        return jedi.Script(code, path=folder / "program.py", environment=python, project=jedi.Project(folder))
+
+    return script
+
+
+@pytest.mark.slow
+def test_an_editor_completes_the_public_names(editor: Any) -> None:
+    names = {one.name for one in editor("import ccgen\nccgen.").complete()}
+    assert {*ccgen.__all__, "generator", "runtime"} - names == set()
+    (simulate, *_) = editor("import ccgen\nccgen.simulate(").get_signatures()
+    assert [one.name for one in simulate.params][:4] == ["source", "q0", "u0", "until"]
+    run = {one.name for one in editor('import ccgen\nccgen.simulate("x.toml").').complete()}
+    assert {"t", "q", "impacts", "save_player", "model"} <= run
+    names = {one.name for one in editor("from ccgen.runtime import ").complete()}
+    assert {"simulate", "load_model", "identify"} <= names
+
+
+@pytest.mark.slow
+def test_an_editor_completes_a_mechanism(editor: Any) -> None:
+    """Every table is a method, with what its keys are, also behind another one."""
+    for before in ('ccgen.Mechanism("x")', 'ccgen.Mechanism("x").link("a").gravity()'):
+        found = {one.name: one for one in editor(f"import ccgen\n{before}.").complete()}
+        assert {*TABLES, "scene", "build", "to_toml"} <= set(found)
+    for name in ("link", "joint", "spring"):
+        (signature,) = found[name].get_signatures()
+        assert [one.name for one in signature.params] == list(TABLES[name].keys), name
+        said = " ".join(found[name].docstring().split())
+        assert f"Add [[{name}]]." in said
+        assert all(f"{key}: {what}" in said for key, what in TABLES[name].keys.items())
+    assert 'Literal["both", "pull", "push"]' in found["spring"].docstring()
+
+
+def script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("table_methods", ROOT / "docs" / "scripts" / "table_methods.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_stored_methods_are_those_of_the_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Else run docs/scripts/table_methods.py --write; ``--check`` says so."""
+    told = script()
+    assert told.PLACE.read_text(encoding="utf-8") == told.stub()
+    monkeypatch.setattr(sys, "argv", ["table_methods.py", "--check"])
+    told.main()
+    monkeypatch.setattr(told, "PLACE", tmp_path / "table_methods.pyi")
+    told.PLACE.write_text(told.stub().replace("stiffness", "stifness"), encoding="utf-8")
+    with pytest.raises(SystemExit, match=r"is not that of the tables; run docs/scripts/table_methods\.py --write"):
+        told.main()
+    monkeypatch.setattr(sys, "argv", ["table_methods.py", "--write"])
+    told.main()
+    assert told.PLACE.read_text(encoding="utf-8") == told.stub()
+
+
+def test_every_table_is_a_method_with_its_keys() -> None:
+    """Read from the file by itself, which is for those who do not run Python."""
+    tree = ast.parse((ROOT / "generator" / "table_methods.pyi").read_text(encoding="utf-8"))
+    (methods,) = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    found = {node.name: node for node in methods.body if isinstance(node, ast.FunctionDef)}
+    assert list(found) == list(TABLES)
+    for name, kind in TABLES.items():
+        keys = [one.arg for one in (*found[name].args.args[1:], *found[name].args.kwonlyargs)]
+        assert sorted(keys) == sorted(kind.keys), name
+        assert (found[name].args.kwarg is None) == bool(kind.keys)
+
+
+def test_simulate_has_the_same_arguments_everywhere() -> None:
+    """Of a source, of a model, and as type checkers read them."""
+    from ccgen.runtime import simulate
+
+    def known(function: Any) -> dict[str, tuple[Any, Any, str]]:
+        there = inspect.signature(function).parameters.values()
+        return {one.name: (one.kind, one.default, one.annotation) for one in there}
+
+    wanted = known(simulate)
+    assert next(iter(known(ccgen.simulate))) == "source" and next(iter(wanted)) == "model"
+    assert list(known(ccgen.simulate).items())[1:] == list(wanted.items())[1:]
+    for function in (simulate, ccgen.simulate):
+        variants = get_overloads(function)
+        assert [inspect.signature(one).return_annotation for one in variants] == ["Run", "list[Run]", "Any"]
+        for one in variants:
+            assert list(known(one)) == list(known(function))
+            assert list(known(one).items())[2:] == list(wanted.items())[2:]
