@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from .compiled import Compiled
 from .lines import Lines
+from .mass_centres import NAME, mass_centre
 from .numbers import read_name
 
 
@@ -27,13 +28,19 @@ class Geometry(Compiled):
         return found[0] if single else found
 
     def point(self, name: str, q: ArrayLike) -> FloatArray:
-        """Position (2,) in m of a joint (``joint_3``) or of a point of a link, welded or the ground (``link_0.A``)."""
+        """Position (2,) in m of a joint (``joint_3``), of a point of a link, welded or the ground (``link_0.A``), or of
+        a link's mass centre (``link_0.com``), unless a point of the link has that name."""
         name = read_name(name, "name", "a joint or of a point")
         name = self.data["welded_points"].get(name, name)
         link, _, point = name.partition(".")
         if link == "ground" and point in self.data["ground_names"]:
             place = self.ground_points[self.data["ground_names"].index(point)]
             return np.array(np.broadcast_to(place, (*np.shape(q)[:-1], 2)))
+        if name not in self.points and point == NAME and (centre := mass_centre(self, link)):
+            poses = self.poses(q)[..., centre.link, :]
+            cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
+            arm = (cos * centre.x - sin * centre.y, sin * centre.x + cos * centre.y)
+            return np.ascontiguousarray(poses[..., :2] + np.stack(arm, axis=-1), dtype=self.core.REAL)
         if name not in self.points:
             raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
         return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..model.mass_centres import mass_centre
 from ..record.drawable import Drawable
 from ..record.record import Record
 
@@ -49,10 +50,8 @@ def named_points(run: Record, then: Drawable | None = None) -> list[NamedPoint]:
 def mass_centres(run: Record, then: Drawable | None = None) -> list[NamedPoint]:
     """Mass centres of the links that pictures show and that have a mass, by the names of the links, likewise."""
     model = then or run.model
-    numbers = model.parameters.get
-    shown = model.links[: len(model.outlines)]
     return [
-        NamedPoint(name, k, np.array([numbers(f"{name}.com.x", 0.0), numbers(f"{name}.com.y", 0.0)]), mass)
-        for k, name in enumerate(shown)
-        if (mass := numbers(f"{name}.mass", 0.0)) > 0.0
+        NamedPoint(name, centre.link, np.array([centre.x, centre.y]), centre.mass)
+        for name in model.links[: len(model.outlines)]
+        if (centre := mass_centre(model, name))
     ]

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.joint_sides import between, ends_of
+from ..model.mass_centres import NAME, mass_centre
 from ..model.meshes import mesh_forces, mesh_names
 from ..model.numbers import read_names, read_row_of_times
 from .in_force import InForce, Numbers, of_contacts
@@ -272,7 +273,10 @@ def _every(model: Any) -> Iterator[Output]:
     welded = model.data["welded_points"]
     for point in (*model.points, *welded):
         if (point in joints or "." in point) and point not in welded.values():
-            yield from _of_point(point)
+            yield from _of_point(point, "point" if "." in point else "joint")
+    for link in model.links[: len(model.outlines)]:
+        if (point := f"{link}.{NAME}") not in (*model.points, *welded) and mass_centre(model, link):
+            yield from _of_point(point, "mass centre")
     for joint in joints:
         yield from _of_joint(model, joint)
     for number, (point, ground) in enumerate(model.contacts):
@@ -292,8 +296,7 @@ def _of_link(link: str, number: int) -> Iterator[Output]:
     )
 
 
-def _of_point(point: str) -> Iterator[Output]:
-    kind = "point" if "." in point else "joint"
+def _of_point(point: str, kind: str) -> Iterator[Output]:
     for sign, unit, what in (("", "m", "place"), ("v", "m/s", "velocity"), ("a", "m/s^2", "acceleration")):
         for axis, letter in enumerate("xy"):
             of = partial(_part, what=what, point=point, axis=axis)
