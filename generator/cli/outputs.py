@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .known_outputs import of_effects, possible_outputs
 from .refusal import fail
 
 if TYPE_CHECKING:
@@ -42,11 +43,31 @@ class Wanted:
             return Wanted(self.plot or plot, self.table, self.times)
         return Wanted(self.plot or plot, table, self.times or scene.output.times)
 
+    def check_scene(self, scene: Scene) -> None:
+        """Stop with exit code 2 where no model of the scene has one of them, before anything is compiled. What effects
+        tell is known of the model alone: :meth:`check` looks at all again."""
+        from ccgen.runtime.record.outputs import unknown_name
+
+        known = possible_outputs(scene)
+        every = "ccgen show --outputs has all"
+        found = [
+            f"{where}: {unknown_name(name, known, every)}"
+            for where, name in self._asked
+            if name not in known and f"{name}.x" not in known and not of_effects(scene, name)
+        ]
+        if found:
+            fail("\n".join(found))
+
+    @property
+    def _asked(self) -> tuple[tuple[str, str], ...]:
+        """All of them once, with where each is asked for first."""
+        return tuple(dict.fromkeys((*self.plot, *(one for one in self.table if one not in self.plot))))
+
     def check(self, model: Model) -> None:
         """Stop with exit code 2 unless the model has all of them."""
         from ccgen.runtime.record.outputs import unknown, with_places
 
-        asked = dict.fromkeys((*self.plot, *(one for one in self.table if one not in self.plot)))
+        asked = self._asked
         found = [f"{where}: {fault}" for where, name in asked for fault in unknown(model, with_places(model, [name]))]
         if found:
             fail("\n".join(found))

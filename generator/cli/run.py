@@ -111,6 +111,8 @@ def run(
     end = scene.run.until if scene and asked.until is None else arguments["until"]
     if arguments["step"] is not None and end is not None:
         faults.of(check_reach, arguments["step"], end)
+    if scene:
+        faults.of(wanted.check_scene, scene)
     faults.stop_if_any()
     assert scene
     tell_assembly(scene, detail)

@@ -6,7 +6,7 @@ A name is that of what it is of, as scenes have it, a dot, and what is asked. Ea
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property, partial
@@ -242,11 +242,12 @@ def with_places(model: Any, names: Sequence[str]) -> list[str]:
 def unknown(model: Any, names: Sequence[str]) -> list[str]:
     """A sentence for each of the names that no output has."""
     known = outputs_of(model)
-    return [_unknown_name(name, known) for name in names if name not in known]
+    every = f"Run.outputs and ccgen show --outputs have all {len(known)}"
+    return [unknown_name(name, known, every) for name in names if name not in known]
 
 
-def _unknown_name(name: str, known: Mapping[str, Output]) -> str:
-    """What is wrong with a name."""
+def unknown_name(name: str, known: Collection[str], every: str) -> str:
+    """What is wrong with a name that is none of these; ``every`` says where all are to be found."""
     twice = [one for one in known if one.endswith(f" {name}")]
     if twice:
         return f"found {name!r}, which is of two things, expected {' or '.join(map(repr, twice))}"
@@ -256,9 +257,7 @@ def _unknown_name(name: str, known: Mapping[str, Output]) -> str:
     own = [one for one in meant if one in same]
     near = own or get_close_matches(name, known, NEAREST, 0.5) or (same or meant)[:NEAREST]
     beside = f", expected one such as {', '.join(near)}" if near else ""
-    return (
-        f"found {name!r}, which nothing is called{beside}; Run.outputs and ccgen show --outputs have all {len(known)}"
-    )
+    return f"found {name!r}, which nothing is called{beside}; {every}"
 
 
 def _every(model: Any) -> Iterator[Output]:

@@ -6,12 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.generator.cli.known_outputs import of_effects, possible_outputs
+from ccgen.generator.cli.outputs import Wanted
 from ccgen.runtime import load_model, simulate
+from ccgen.runtime.record.outputs import outputs_of
 
 from ..support.folders import SCENES
+from ..support.workshop import Workshop
 
 FOUR_BAR = (SCENES / "four-bar.toml").read_text(encoding="utf-8")
 OUTPUT = """
@@ -80,7 +85,39 @@ def test_what_no_run_says_is_refused(output: str, told: str) -> None:
     Path("scene.toml").write_text(f"{FOUR_BAR}\n[output]\n{output}\n")
     done = CliRunner().invoke(app, ["run", "scene.toml", "--until", "0.1"])
     assert done.exit_code == 2 and told in done.stderr, done.stderr
-    assert not Path("results").exists()
+    assert not Path("results").exists() and not Path("build").exists()  # nothing is compiled
+
+
+EFFECTS = """
+[[spring]]
+name = "coil"
+between = ["ground.O", "coupler.B"]
+stiffness = 10
+[[drag]]
+point = "coupler.B"
+linear = 1
+"""
+
+
+def test_every_output_is_taken_before_compiling(workshop: Workshop) -> None:
+    """What a model has is among what the scene may have, or of its effects: of every shipped scene that is compiled
+    here, all; and each name but those of effects with a letter more is refused."""
+    for text in (FOUR_BAR + EFFECTS, (SCENES / "trebuchet.toml").read_text(), (SCENES / "planetary.toml").read_text()):
+        scene = workshop.scene(text)
+        known = possible_outputs(scene)
+        for name in outputs_of(workshop.model(scene)):
+            assert name in known or of_effects(scene, name), name
+        wrong = [name for name in known if of_effects(scene, f"{name}x")]
+        assert not wrong
+        with pytest.raises(typer.Exit):
+            Wanted(plot=(("--plot", "coupler.com.z"),)).check_scene(scene)
+
+
+def test_what_effects_tell_is_checked_with_the_model() -> None:
+    Path("scene.toml").write_text(FOUR_BAR + EFFECTS)
+    done = CliRunner().invoke(app, ["run", "scene.toml", "--until", "0.1", "--plot", "coil.farce,crank.com"])
+    assert done.exit_code == 2 and "--plot: found 'coil.farce', which nothing is called" in done.stderr
+    assert Path("build").exists() and not Path("results").exists()
 
 
 def test_files_that_are_none_are_refused() -> None:
