@@ -10,12 +10,14 @@ names of :mod:`ccgen.generator` and :mod:`ccgen.runtime` are here too, and are i
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
 
+# Type checkers go by its name; jedi by its value, and reads on where that is no literal. To import typing for it would
+# take longer than all else here.
+TYPE_CHECKING = bool()  # noqa: UP018
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from os import PathLike
+    from typing import Any, overload
 
     from numpy.typing import ArrayLike
 
@@ -185,6 +187,8 @@ def load(source: Source) -> Model:
 
     A scene is compiled into the folder ``build``, or found there. Raises what ``load_scene``, ``generate`` and
     ``load_model`` raise."""
+    from pathlib import Path
+
     from ccgen.generator import Mechanism, Scene, generate, load_scene
     from ccgen.runtime import Model, load_model
 
@@ -198,66 +202,70 @@ def load(source: Source) -> Model:
     return load_model(path) if path.is_dir() else load_model(generate(load_scene(path)))
 
 
-@overload
-def simulate(
-    source: Source,
-    q0: Sequence[float] | None = None,
-    u0: ArrayLike | None = None,
-    until: float | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    method: str | None = None,
-    params: Mapping[str, float] | None = None,
-    inputs: Given = None,
-    *,
-    on_event: OnEvent | None = None,
-    step: float | None = None,
-    drift: str | None = None,
-    on_gain: str | None = None,
-    state: HybridState | None = None,
-    progress: Callable[[float], object] | None = None,
-    keep_interrupted: bool = False,
-) -> Run: ...
-@overload
-def simulate(
-    source: Source,
-    q0: Starts,
-    u0: ArrayLike | None = None,
-    until: float | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    method: str | None = None,
-    params: Mapping[str, float] | None = None,
-    inputs: Given = None,
-    *,
-    on_event: OnEvent | None = None,
-    step: float | None = None,
-    drift: str | None = None,
-    on_gain: str | None = None,
-    state: HybridState | None = None,
-    progress: Callable[[float], object] | None = None,
-    keep_interrupted: bool = False,
-) -> list[Run]: ...
-@overload
-def simulate(
-    source: Source,
-    q0: ArrayLike | Starts | None,
-    u0: ArrayLike | None = None,
-    until: float | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    method: str | None = None,
-    params: Mapping[str, float] | None = None,
-    inputs: Given = None,
-    *,
-    on_event: OnEvent | None = None,
-    step: float | None = None,
-    drift: str | None = None,
-    on_gain: str | None = None,
-    state: HybridState | None = None,
-    progress: Callable[[float], object] | None = None,
-    keep_interrupted: bool = False,
-) -> Any: ...
+if TYPE_CHECKING:
+
+    @overload
+    def simulate(
+        source: Source,
+        q0: Sequence[float] | None = None,
+        u0: ArrayLike | None = None,
+        until: float | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        method: str | None = None,
+        params: Mapping[str, float] | None = None,
+        inputs: Given = None,
+        *,
+        on_event: OnEvent | None = None,
+        step: float | None = None,
+        drift: str | None = None,
+        on_gain: str | None = None,
+        state: HybridState | None = None,
+        progress: Callable[[float], object] | None = None,
+        keep_interrupted: bool = False,
+    ) -> Run: ...
+    @overload
+    def simulate(
+        source: Source,
+        q0: Starts,
+        u0: ArrayLike | None = None,
+        until: float | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        method: str | None = None,
+        params: Mapping[str, float] | None = None,
+        inputs: Given = None,
+        *,
+        on_event: OnEvent | None = None,
+        step: float | None = None,
+        drift: str | None = None,
+        on_gain: str | None = None,
+        state: HybridState | None = None,
+        progress: Callable[[float], object] | None = None,
+        keep_interrupted: bool = False,
+    ) -> list[Run]: ...
+    @overload
+    def simulate(
+        source: Source,
+        q0: ArrayLike | Starts | None,
+        u0: ArrayLike | None = None,
+        until: float | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        method: str | None = None,
+        params: Mapping[str, float] | None = None,
+        inputs: Given = None,
+        *,
+        on_event: OnEvent | None = None,
+        step: float | None = None,
+        drift: str | None = None,
+        on_gain: str | None = None,
+        state: HybridState | None = None,
+        progress: Callable[[float], object] | None = None,
+        keep_interrupted: bool = False,
+    ) -> Any: ...
+
+
 def simulate(
     source: Source,
     q0: ArrayLike | Starts | None = None,
