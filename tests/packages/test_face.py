@@ -42,7 +42,8 @@ def test_every_name_is_there_and_has_a_docstring() -> None:
 def test_importing_it_imports_nothing_else(folder: str, tmp_path: Path) -> None:
     """NumPy and SymPy are what takes long, then ``typing``; in the folder of the sources it is the same package."""
     code = (
-        "import sys; before = {*sys.modules}; import ccgen; found = {n.partition('.')[0] for n in {*sys.modules} - before}"
+        "import sys; before = {*sys.modules}; import ccgen"
+        "; found = {n.partition('.')[0] for n in {*sys.modules} - before}"
         "; print(sorted(found - {'ccgen', 'importlib', 'warnings', '__future__'})"
         " + [n for n in sys.modules if n.startswith('ccgen.')])"
         "; from ccgen.generator.version import VERSION; print(ccgen.__version__ == VERSION)"
