@@ -54,7 +54,7 @@ TYPES = {
     'ccgen.Mechanism("x").part(ccgen.Mechanism("leg"), ports=["hip"]).gravity(g=np.float64(9.81))': MECHANISM,
 }
 FAULTS = {
-    'ccgen.simulate("x.toml", utnil=1.0)': 'Unexpected keyword argument "utnil"',
+    'ccgen.simulate("x.toml", utnil=1.0)': "[call-overload]",
     "ccgen.simulate(3)": 'No overload variant of "simulate"',
     "ccgen.simulat(model)": 'Module has no attribute "simulat"',
     'ccgen.simulate("x.toml").impact': '"Run" has no attribute "impact"',
@@ -66,16 +66,14 @@ FAULTS = {
 
 
 def mypy(folder: Path, text: str) -> dict[int, str]:
-    """What mypy says of each line of a program, which is in a folder outside of the checkout."""
+    """What mypy, one of any version, says of each line of a program in a folder outside of the checkout."""
     (folder / "program.py").write_text(text, encoding="utf-8")
     command = (sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--hide-error-context", "program.py")
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert not done.stderr, done.stderr
     found: dict[int, str] = {}
-    for line in done.stdout.splitlines():
-        place = re.fullmatch(r"program\.py:(\d+): (.*)", line)
-        assert place, done.stdout
-        found[int(place[1])] = f"{found.get(int(place[1]), '')}{place[2]}\n"
+    for number, said in re.findall(r"^program\.py:(\d+): (.*)$", done.stdout, re.MULTILINE):
+        found[int(number)] = f"{found.get(int(number), '')}{said}\n"
     return found
 
 
@@ -103,7 +101,11 @@ def test_mypy_knows_what_is_given_and_what_is_wrong(tmp_path: Path) -> None:
     assert {code: found[code] for code in TYPES} == {
         code: f'note: Revealed type is "{kind}"\n' for code, kind in TYPES.items()
     }
-    missed = {code: found[code] for code, fault in FAULTS.items() if f"error: {fault}" not in found[code]}
+    missed = {
+        code: found[code]
+        for code, fault in FAULTS.items()
+        if not re.search(f"error: .*{re.escape(fault)}", found[code])
+    }
     assert missed == {}
     assert said == {} and len(right) > 50
 
