@@ -21,6 +21,8 @@ _STEPS = 200
 _SHORT = 12
 _STIFF = 1e12
 """Multipliers as large as this mean that the closure cannot be reached from here."""
+_KNOWN = 1.0
+"""Newton's steps turn no link by more than this (rad): the tip of an arm is then half of its length off its tangent."""
 _STANDS = 1e-13
 """A step (rad, or lengths in units) as short as this is the rounding of angles about 1 after a few sums."""
 _AS_NEAR = 1e-8
@@ -125,17 +127,38 @@ def follow(layout: Layout, sketch: Real, loose: Sequence[int]) -> Real:
 def _follow(layout: Layout, sketch: Real, free: NDArray[np.int_]) -> Real:
     """The ``free`` displacements polished until the layout closes, from the sketch or a detour from it.
 
-    What a detour moved that no loop needs to be moved is moved back.
+    What a detour moved that no loop needs to be moved is moved back. Where Newton's steps lead further than ``_KNOWN``
+    they say nothing of which of several closed configurations is the nearest, as from links that lie on each other:
+    then it is that of all detours.
     """
     best, weights = sketch, np.ones(len(sketch))
+    closed: list[Real] = []
     for attempt in range(_ATTEMPTS):
         start = sketch.copy()
         start[free] += 0.3 * attempt * np.cos(1.0 + (attempt + 1.0) * np.arange(len(free)))
         found = _polish(layout, start, free)
-        if _closed(layout, found, CLOSED * layout.reach):
-            return _returned(layout, sketch, found, weights, free)
-        best = _nearer(layout, best, found)
+        if not _closed(layout, found, CLOSED * layout.reach):
+            best = _nearer(layout, best, found)
+            continue
+        closed.append(_returned(layout, sketch, _without_turns(layout, sketch, found, free), weights, free))
+        if np.abs(closed[0] - sketch).max() <= _KNOWN:
+            return closed[0]
+    if closed:
+        far = [_distance(x, sketch, weights[free], free) for x in closed]
+        return next(x for x, way in zip(closed, far, strict=True) if way <= (1.0 + _AS_NEAR) * min(far))
     return _returned(layout, sketch, best, weights, free)
+
+
+def _without_turns(layout: Layout, sketch: Real, x: Real, free: NDArray[np.int_]) -> Real:
+    """``x`` with each angle turned back by whole turns to the nearest to the ``sketch``, unless that opens a loop, as
+    one in which angles of joints are held."""
+    turns = np.zeros(len(x))
+    angles = slice(0, len(x) - len(layout.lines))
+    turns[angles] = 2.0 * np.pi * np.round((x - sketch)[angles] / (2.0 * np.pi))
+    if not turns.any():
+        return x
+    back = _polish(layout, x - turns, free)
+    return back if _closed(layout, back, CLOSED * layout.reach) else x
 
 
 def _nearer(layout: Layout, best: Real, found: Real) -> Real:
@@ -285,13 +308,13 @@ def _descend(
 
 
 def _line_search(layout: Layout, sketch: Real, weights: Real, angles: Real, step: Real, penalty: float) -> float:
-    """Largest halving of ``step`` that lowers distance plus penalised gap; no step turns a link by over 1 rad."""
+    """Largest halving of ``step`` that lowers distance plus penalised gap; no step turns a link by over ``_KNOWN``."""
 
     def merit(size: float) -> float:
         at = angles + size * step
         return 0.5 * float(np.sum(weights * (at - sketch) ** 2)) + penalty * float(np.linalg.norm(layout.closure(at)))
 
-    size = min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-300))
+    size = min(1.0, _KNOWN / max(float(np.abs(step).max()), 1e-300))
     here = merit(0.0)
     while size > 1e-6 and merit(size) > here + 1e-14 * abs(here):
         size *= 0.5

@@ -419,3 +419,27 @@ def test_rates_of_several_loops() -> None:
 
 def test_a_free_chain_needs_no_assembly() -> None:
     assert chain(3, start={"joints": {"joint_1": [1.0, 0.5], "joint_2": [1.5, 1.2]}}).start.assembled_by == 0.0
+
+
+@pytest.mark.parametrize("length", [0.6, 0.594, 0.582, 0.57, 0.558, 0.7])
+def test_links_that_lie_on_each_other_go_to_the_nearer_side(length: float) -> None:
+    """Two links drawn folded, angles 0, between two that are given: of both sides on which the triangle closes that
+    with the smaller sum of squares, and no whole turns; in closed form by the cosine rule."""
+    parts = "".join(
+        f'[[link]]\nname = "{name}"\nrod = {{ mass = 1 }}\npoints = {{ A = [0, 0], B = [{size}, 0] }}\n'
+        for name, size in (("left", 0.4), ("upper", length), ("lower", 0.6), ("right", 0.3))
+    )
+    pins = [("ground.O", "left.A"), ("left.B", "upper.A"), ("upper.B", "lower.B"), ("lower.A", "right.B")]
+    pins.append(("ground.Q", "right.A"))
+    joints = "".join(f'[[joint]]\nbetween = ["{one}", "{other}"]\n' for one, other in pins)
+    start = '[start]\nangles = { left = "100 deg", right = "70 deg" }\n'
+    text = 'name = "five"\n[ground_link]\npoints = { O = [0, 0], Q = [0.8, 0] }\n' + parts + joints + start
+    found = [pose[2] for pose in load_scene(tomllib.loads(text)).start.poses]
+    p, r = 0.4 * np.exp(1j * np.radians(100.0)), 0.8 + 0.3 * np.exp(1j * np.radians(70.0))
+    bend = np.arccos((length**2 + abs(r - p) ** 2 - 0.36) / (2.0 * length * abs(r - p)))
+    sides = []
+    for sign in (1.0, -1.0):
+        upper = float(np.angle(r - p) + sign * bend)
+        sides.append((upper, float(np.angle(p + length * np.exp(1j * upper) - r))))
+    nearest = min(sides, key=lambda pair: sum(angle**2 for angle in pair))
+    assert found[1:3] == pytest.approx(nearest, abs=1e-12)

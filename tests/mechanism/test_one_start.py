@@ -198,6 +198,7 @@ SCENES = {
     "slide": SLIDE,
     "slot": SLOT,
     "thrown": THROWN,
+    "two freedoms, one rate": FREE.replace("ANGLES", '{ left = "100 deg", right = "70 deg" }'),
     "two freedoms, a sketch": FREE.replace("ANGLES", "[1.6, 0.6, 2.2, 1.3]"),
 }
 
