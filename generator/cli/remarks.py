@@ -1,4 +1,5 @@
-"""What ``ccgen run`` says of a run that is right and may be meant otherwise: friction that creeps, redundant rows."""
+"""What ``ccgen run`` says of a run that is right and may be meant otherwise: friction that creeps, redundant rows,
+steps as short as stability asks for."""
 
 from __future__ import annotations
 
@@ -26,11 +27,21 @@ DEPENDENT = 1e-10
 for dependent (RANK_TOLERANCE)."""
 ROWS = 16
 """Rows of a run at which that is looked for."""
+MANY = 1000
+"""Steps in a run of which fewer would be worth a word."""
+STABLE = {"dopri5": 3.3, "dop853": 6.4, "gauss": 6.3}
+"""Step times fastest rate, |h λ|, from which on a damped motion grows: where |R(h λ)| = 1 on the negative real axis (E.
+Hairer, G. Wanner, Solving ordinary differential equations II, section IV.2), of gauss where its iteration no longer
+contracts."""
+TIGHT = 1e-10
+"""Relative tolerance below which accuracy asks radau, of order 5, for as short steps as stability asks others for."""
+NEAR = 0.75
+"""Part of that which most steps must have: smooth motions have a quarter of it where the tolerance chooses the step."""
 
 
 def print_remarks(scene: Scene, run: Run) -> None:
     """These remarks, each in a line on standard error."""
-    for remark in (*_creeping(scene, run), *_always_dense(run)):
+    for remark in (*_creeping(scene, run), *_always_dense(run), *_stiff(run)):
         typer.echo(f"note: {remark}", err=True)
 
 
@@ -86,3 +97,38 @@ def _always_dense(run: Run) -> Iterator[str]:
             f"redundant: all of its {run.nfev} evaluations went by the dense solution, which is slower than the "
             "generated equations; without the redundant joints the motion is the same"
         )
+
+
+def _stiff(run: Run) -> Iterator[str]:
+    """That most steps are as short as stability asks for, where an implicit method's need not be."""
+    model, rows = run.model, np.linspace(0, len(run.t) - 2, ROWS).astype(int)
+    if run.method not in STABLE or len(run.t) < MANY or not hasattr(model, "acceleration") or model.inputs:
+        return
+    state = run.state
+    if state is None or state.settings["step"] or state.settings["rtol"] < TIGHT:
+        return
+    steps = np.diff(run.t)
+    found = [steps[k] * rate for k in rows if steps[k] > 0.0 and (rate := _fastest(run, k)) is not None]
+    if len(found) > ROWS // 2 and np.median(found) > NEAR * STABLE[run.method]:
+        yield (
+            f"most of the run's {len(steps)} steps are as short as {run.method} needs not to grow unstable, not as "
+            "accuracy asks for: something is stiff, as a hard compliant contact or strong damping; --method radau may "
+            "need far fewer"
+        )
+
+
+def _fastest(run: Run, row: int) -> float | None:
+    """The fastest rate (1/s) of the linearised motion at a row: the spectral radius of [[0, 1], [∂a/∂q, ∂a/∂u]] by
+    differences, in flight; ``None`` where a contact is closed or accelerations are none."""
+    model, q, u, t = run.model, run.q[row], run.u[row], run.t[row]
+    n, root = len(u), float(np.sqrt(np.finfo(float).eps))
+    if len(model.contacts) and model.kernels.closed(q[None]).any():
+        return None
+    shifts = root * np.maximum(np.abs(np.append(q, u)), np.repeat([model.length, model.length], n))
+    states = np.append(q, u) + np.vstack([np.zeros(2 * n), np.diag(shifts)])
+    try:
+        found = model.acceleration(states[:, :n], states[:, n:], t, contacts=())
+    except ValueError:
+        return None
+    matrix = np.vstack([np.eye(n, 2 * n, n), ((found[1:] - found[0]) / shifts[:, None]).T])
+    return float(np.abs(np.linalg.eigvals(matrix)).max()) if np.all(np.isfinite(matrix)) else None
