@@ -26,9 +26,11 @@ include "face/runs.pxi"
 include "face/ensembles.pxi"
 
 
-def methods(bint estimating=False):
+def methods(estimating=False):
     """Names of the integration methods; of those ``estimating`` their errors alone, so that a tolerance can choose steps."""
     cdef int i = 0
+    if not isinstance(estimating, bool):
+        raise TypeError(f"estimating: found {estimating!r}, expected True or False")
     names = []
     while all_methods[i] is not NULL:
         if not estimating or estimates_errors(all_methods[i]):

@@ -15,7 +15,7 @@ from .model.numbers import read_numbers
 from .sensitivity.in_order import pass_in_order
 from .sensitivity.jacobian import Sensitivities, run_sensitivities
 from .sensitivity.moving import STARTS
-from .sensitivity.told import TIMES, Output
+from .sensitivity.told import TIMES, Output, read_outputs
 from .simulate import simulate
 
 
@@ -51,7 +51,7 @@ def directional(
     if not isinstance(direction, Mapping):
         found = type(direction).__name__
         raise TypeError(f"direction: found {found}, expected a mapping of names, as {{'q0': [0.0, 1.0, 0.0]}}")
-    chosen = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
+    chosen = read_outputs(outputs)
     if TIMES in chosen:
         raise ValueError(f"outputs: found {TIMES}, expected others: along a direction there may be other impacts")
     options: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "step": step}

@@ -165,7 +165,7 @@ class Run(Record):
         """
         target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
-            raise ValueError(f"a run is saved as .npz, found {target.name!r}; use another name")
+            raise ValueError(f"path: a run is saved as .npz, found {target.name!r}, expected a name that ends so")
         write_whole(target, lambda part: np.savez_compressed(part, **saved(self)))
         return target
 
@@ -204,7 +204,8 @@ class Run(Record):
         if target.suffix == ".gif":
             return write_gif(self, target)
         raise ValueError(
-            f"an animation is an .html page or a .gif picture, found {target.name!r}; use one of the two, or save_video"
+            f"path: found {target.name!r}, expected a name that ends in .html or .gif, a page or a picture; use one of "
+            "the two, or save_video"
         )
 
     def save_player(self, path: str | os.PathLike[str], outputs: Sequence[str] | None = None) -> Path:
@@ -215,7 +216,7 @@ class Run(Record):
         """
         target = read_path(path, "an .html file")
         if target.suffix != ".html":
-            raise ValueError(f"a player is saved as .html, found {target.name!r}; use another name")
+            raise ValueError(f"path: a player is saved as .html, found {target.name!r}, expected a name that ends so")
         return write_player(self, target, outputs)
 
     def save_video(self, path: str | os.PathLike[str]) -> Path:
@@ -225,7 +226,7 @@ class Run(Record):
         """
         target = read_path(path, "an .mp4 file")
         if target.suffix != ".mp4":
-            raise ValueError(f"a video is saved as .mp4, found {target.name!r}; use another name")
+            raise ValueError(f"path: a video is saved as .mp4, found {target.name!r}, expected a name that ends so")
         return write_video(self, target)
 
     def _repr_html_(self) -> str:

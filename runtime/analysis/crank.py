@@ -84,7 +84,7 @@ class DrivingTorque:
         """The figure of torque over angle, saved as a PNG where a path is given."""
         target = None if path is None else read_path(path, "a .png file")
         if target is not None and target.suffix != ".png":
-            raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+            raise ValueError(f"path: a plot is saved as .png, found {target.name!r}, expected a name that ends so")
         figure_module = needed("matplotlib.figure", "a plot of a torque")
         backend = needed("matplotlib.backends.backend_agg", "a plot of a torque")
         figure = figure_module.Figure(figsize=(7, 3.6), dpi=100, layout="constrained")

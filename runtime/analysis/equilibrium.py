@@ -118,7 +118,7 @@ def static_equilibrium(
             raise ValueError(f"torques: found {drive['joint']}, which a drive holds, expected joints that are free")
     held = np.zeros(len(model.u_names))
     if given:
-        held = drive_columns(model, list(given)) @ read_numbers(list(given.values()), "torques")
+        held = drive_columns(model, list(given), "torques") @ read_numbers(list(given.values()), "torques")
     if not np.all(np.isfinite(held)):
         raise ValueError(f"torques: found {given}, expected finite numbers")
     first = model.start()[0] if q is None else model.assemble(q)

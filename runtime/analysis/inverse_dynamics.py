@@ -19,7 +19,7 @@ from ..model.drives import drive_columns, drive_rows
 from ..model.inputs import Values
 from ..model.integrators import integral_rows
 from ..model.model import Model, check_model
-from ..model.numbers import read_names, read_numbers
+from ..model.numbers import read_names, read_numbers, told
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
 
@@ -75,8 +75,8 @@ def inverse_dynamics(
     wanted, _ = model._batch(u_dot, "u_dot", len(model.u_names))
     if len(wanted) != len(states[0]):
         raise ValueError(f"u_dot: found {len(wanted)} rows, expected {len(states[0])}, one per state")
-    if np.ndim(t) or not np.isfinite(read_numbers(t, "t")):
-        raise ValueError(f"t: found {t}, expected a finite number")
+    if read_numbers(t, "t").ndim or not np.isfinite(read_numbers(t, "t")):
+        raise ValueError(f"t: found {told(t)}, expected a finite number")
     opening = _closure_accelerations(model, *states, wanted)
     acting = at_start(model)
     with acting.given(inputs):
@@ -98,7 +98,7 @@ def inverse_dynamics(
 
 def _acting_forces(model: Model, acting: Model, given: ArrayLike, batch: tuple[int, ...]) -> FloatArray:
     """The forces of the contacts that are not off, of those of all of the model's."""
-    found, shape = np.array(given, dtype=float), (*batch, len(model.contacts), 2)
+    found, shape = np.array(read_numbers(given, "contact_forces")), (*batch, len(model.contacts), 2)
     if found.shape != shape:
         raise ValueError(f"contact_forces: found shape {found.shape}, expected finite numbers {shape}")
     own = own_contacts(model, acting)
@@ -115,7 +115,7 @@ def _contact_loads(
     """Generalized forces (b, nu) of the contacts in a motion that they allow."""
     count = len(model.contacts)
     shape = (count, 2) if single else (len(q), count, 2)
-    found = np.zeros(shape) if given is None else np.array(given, dtype=float)
+    found = np.zeros(shape) if given is None else np.array(read_numbers(given, "contact_forces"))
     if found.shape != shape or not np.all(np.isfinite(found)):
         raise ValueError(f"contact_forces: found shape {found.shape}, expected finite numbers {shape}")
     contacts, loads, warned = Contacts(model), np.zeros_like(q), False

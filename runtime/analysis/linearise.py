@@ -20,7 +20,7 @@ from ..model.drives import drive_rows
 from ..model.forces import Contacts
 from ..model.inputs import Values
 from ..model.model import Model, check_model
-from ..model.numbers import read_names, read_numbers
+from ..model.numbers import read_names, read_numbers, told
 from ..model.places import places_of, rate_of
 from ..precision import need_doubles
 
@@ -114,8 +114,11 @@ def linearise(
         raise ValueError(f"{model.name}: found {found}, expected a model without integrals over time")
     state = read_numbers(q, "q")
     rates = np.zeros(len(model.u_names)) if u is None else read_numbers(u, "u")
-    if state.ndim != 1 or rates.ndim != 1:
-        raise ValueError(f"q, u: found shapes {state.shape} and {rates.shape}, expected one state")
+    for name, given, count in (("q", state, len(model.q_names)), ("u", rates, len(model.u_names))):
+        if given.shape != (count,):
+            raise ValueError(f"{name}: found shape {given.shape}, expected one state ({count},)")
+    if values is not None and not model.inputs:
+        raise ValueError(f"values: found {told(values)}, expected None; the model has no inputs")
     _check_shut(model, state, rates)
     chosen = tuple(model.inputs if inputs is None else read_names(inputs, "inputs", "inputs"))
     if wrong := [name for name in chosen if name not in model.inputs]:
@@ -124,10 +127,10 @@ def linearise(
     at = _At(acting, state, rates, t, values, contacts)
     own = [model.q_of[i] for i in at.independent]
     names = (*own, *map(rate_of, own))
-    told = names if outputs is None else tuple(read_names(outputs, "outputs", "outputs"))
+    wanted = names if outputs is None else tuple(read_names(outputs, "outputs", "outputs"))
     A, B = at.matrices(chosen)
-    C, D = at.outputs(told, chosen)
-    return Linear(A, B, C, D, names, chosen, told, at.along)
+    C, D = at.outputs(wanted, chosen)
+    return Linear(A, B, C, D, names, chosen, wanted, at.along)
 
 
 def _check_shut(model: Model, q: FloatArray, u: FloatArray) -> None:

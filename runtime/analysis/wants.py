@@ -193,10 +193,7 @@ def read_wanted(
     faults.stop_if_any()
     for name, value in (points or {}).items():
         with faults.collecting():
-            model.point(name, np.zeros(len(model.q_names)))
-            if link_of(model, name) == GROUND:
-                raise ValueError(f"points: found {name!r}, which is on the ground, expected a point that moves")
-            found.append((Place(model, name), value))
+            found.append((_place(model, name), value))
     for name, value in (angles or {}).items():
         if name not in turns:
             faults.add(f"angles: found {name!r}, expected a link, or a joint that turns, of: {', '.join(turns)}")
@@ -212,6 +209,17 @@ def read_wanted(
     if not found and not faults:
         faults.add("points, angles, slides: found nothing wanted, expected at least one; or use model.assemble(q)")
     return found
+
+
+def _place(model: Model, name: str) -> Place:
+    """The place of a point that moves. Raises ``TypeError`` and ``ValueError`` for what is none."""
+    try:
+        model.point(name, np.zeros(len(model.q_names)))
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"points: {error}") from None
+    if link_of(model, name) == GROUND:
+        raise ValueError(f"points: found {name!r}, which is on the ground, expected a point that moves")
+    return Place(model, name)
 
 
 def read_wants(

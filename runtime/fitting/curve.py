@@ -14,7 +14,7 @@ from ..analysis.wants import Turn, read_wants
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
 from .search import Search, Varied, least_squares, varied
@@ -85,7 +85,7 @@ def fit(
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     need_doubles(model.precision, model.name, "fitting a curve")
-    begun = model.as_it_is() if params is None else model.with_parameters(params)
+    begun = with_params(model, params)
     faults, search, places, given = Faults(), None, None, None
     with faults.collecting():
         search = varied(begun, vary, "vary")

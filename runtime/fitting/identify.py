@@ -14,7 +14,7 @@ from ..faults import Faults
 from ..functions.run_function import RunFunction, run_function
 from ..functions.values import output_values
 from ..model.inputs import Given
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.numbers import read_numbers
 from ..run import Run
 from ..sensitivity.told import WHOLE, check_outputs
@@ -101,7 +101,7 @@ def identify(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    begun = model.as_it_is() if params is None else model.with_parameters(params)
+    begun = with_params(model, params)
     faults, measured, search = Faults(), None, None
     with faults.collecting():
         search = varied(begun, wrt, "wrt")

@@ -12,12 +12,12 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
 from ..model.inputs import Given
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
 from ..run import Run
 from ..sensitivity.jacobian import MODES, Mode, run_sensitivities, run_vjp
-from ..sensitivity.told import TIMES, WHOLE, Output, check_outputs, label
+from ..sensitivity.told import TIMES, WHOLE, Output, check_outputs, label, read_outputs
 from ..simulate import simulate
 from ..simulation.one_run import options_of
 from .arguments import arguments_of, constants_of
@@ -64,9 +64,7 @@ class RunFunction(Function):
         need_derivatives(model)
         faults = Faults()
         self.model = model
-        self.outputs: tuple[Output, ...] = (
-            (outputs,) if isinstance(outputs, str) or callable(outputs) else tuple(outputs)
-        )
+        self.outputs: tuple[Output, ...] = tuple(read_outputs(outputs))
         self._start, self._options, self._on_stop, self._mode = start, options, on_stop, mode
         self._kept: Kept | None = None
         self.evaluations = 0
@@ -254,6 +252,6 @@ def run_function(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    begun = model.as_it_is() if params is None else model.with_parameters(params)
+    begun = with_params(model, params)
     options = {"until": until, "rtol": rtol, "atol": atol, "method": method, "step": step, "inputs": inputs}
     return RunFunction(begun, wrt, outputs, (q0, u0), at, on_stop, mode, options)

@@ -35,7 +35,9 @@ def read_package(folder: Path) -> Package:
     Python, another runtime or another processor, or has data that are not as ``model.schema.json`` says.
     """
     if not (folder / RECORD).is_file() and not (folder / DATA).is_file():
-        raise FileNotFoundError(f"{folder} is not a generated model; make one with: ccgen --scene FILE")
+        raise FileNotFoundError(
+            f"path: found {folder}, which is not a generated model, expected one; make one with: ccgen --scene FILE"
+        )
     record = _record(folder)
     name = record["extension"]
     if name[name.index(".") :] not in EXTENSION_SUFFIXES:

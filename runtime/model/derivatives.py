@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,6 +13,7 @@ from .dynamics import read_times
 from .forces import Contacts, no_motion
 from .geometry import Geometry
 from .inputs import Values
+from .numbers import told
 from .start import start
 
 SOLVED = ("acceleration", "multipliers", "reactions", "power")
@@ -63,10 +66,11 @@ def need_derivatives(model: Geometry) -> None:
 def _check(model: Geometry, of: str, contacts: Contacts) -> None:
     need_derivatives(model)
     shapes = shapes_of(model)
-    if of not in shapes:
-        raise ValueError(f"of: found {of!r}, expected one of {', '.join(shapes)}")
-    if contacts is not None and len(contacts):
-        raise ValueError(f"contacts: found {contacts!r}, expected (): derivatives are those of flight")
+    if not isinstance(of, str) or of not in shapes:
+        raise ValueError(f"of: found {told(of)}, expected one of {', '.join(shapes)}")
+    sized = isinstance(contacts, Sized) and not isinstance(contacts, np.ndarray)
+    if contacts is not None and (not sized or len(contacts)):
+        raise ValueError(f"contacts: found {told(contacts)}, expected () or None: derivatives are those of flight")
 
 
 def shapes_of(model: Geometry) -> dict[str, tuple[int, ...]]:

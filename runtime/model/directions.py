@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
 from .compiled import Compiled
-from .numbers import read_numbers
+from .numbers import read_names, read_numbers
 
 Wrt = str | Sequence[str] | Mapping[str, ArrayLike]
 """What derivatives are by: names, each with all its entries one by one, or directions in them by name."""
@@ -76,7 +76,7 @@ def directions_of(model: Compiled, wrt: Wrt) -> Directions:
     """
     if isinstance(wrt, Mapping):
         return _mixed(model, wrt)
-    names = (wrt,) if isinstance(wrt, str) else tuple(wrt)
+    names = (wrt,) if isinstance(wrt, str) else tuple(read_names(wrt, "wrt", "what is derived by"))
     if names == STATE:
         return _of_state(model.kernels.directions, len(model.q_names), model.core.REAL)
     places, faults = list[tuple[str, int]](), Faults()
@@ -115,7 +115,7 @@ def _mixed(model: Compiled, given: Mapping[str, ArrayLike]) -> Directions:
             places = _places(model, name)
             rows = np.atleast_2d(read_numbers(value, name, model.core.REAL))
             if rows.ndim != 2 or len(rows) != len(places):
-                raise ValueError(f"{name}: found shape {np.shape(value)}, expected ({len(places)}, directions)")
+                raise ValueError(f"{name}: found shape {np.shape(rows)}, expected ({len(places)}, directions)")
             counts[name] = rows.shape[1]
             for (kind, index), row in zip(places, rows, strict=True):
                 whole = matrices.setdefault(kind, np.zeros((_size(model, kind), rows.shape[1]), dtype=model.core.REAL))

@@ -15,22 +15,22 @@ IMMOVABLE = 1e-9
 """Part of a contact's rate that must be free for an impulse to change it."""
 
 
-def drive_columns(model: Geometry, joints: Sequence[str]) -> FloatArray:
+def drive_columns(model: Geometry, joints: Sequence[str], what: str = "joints") -> FloatArray:
     """Generalized forces B (nu, joints) of unit torques at ``joints``, each named once; of unit forces along the lines
     of those that slide."""
     if isinstance(joints, str) or not joints or len(set(joints)) != len(joints):
-        raise ValueError(f"joints: found {joints!r}, expected a list of joints, at least one and each once")
+        raise ValueError(f"{what}: found {joints!r}, expected a list of joints, at least one and each once")
     coordinates = [(kind, of) for kind, of in model.data["coordinates"]]
     columns = np.zeros((len(model.u_names), len(joints)))
     for column, name in enumerate(joints):
         if name not in model.joints:
-            raise ValueError(f"joints: found {name!r}, expected some of: {', '.join(model.joints)}")
+            raise ValueError(f"{what}: found {name!r}, expected some of: {', '.join(model.joints)}")
         if name in model.data["lines"] and ("slide", name) in coordinates:
             columns[coordinates.index(("slide", name)), column] = 1.0
             continue
         if name in model.data["lines"]:
             raise ValueError(
-                f"joints: found {name!r}, a sliding joint whose length is no coordinate; name another joint"
+                f"{what}: found {name!r}, a sliding joint whose length is no coordinate; name another joint"
             )
         for link, sign in zip(model.data["between"][model.joints.index(name)], (-1.0, 1.0), strict=True):
             leader = -1 if link < 0 else model.data["leaders"][link]

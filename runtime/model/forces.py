@@ -52,7 +52,7 @@ def in_flight(model: Compiled, q: FloatArray, contacts: Contacts) -> bool:
 
 def _pairs(contacts: object) -> bool:
     """Whether it is a list of pairs of names."""
-    if isinstance(contacts, str) or not isinstance(contacts, Iterable):
+    if isinstance(contacts, str | np.ndarray) or not isinstance(contacts, Iterable):
         return False
     return all(isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2 for pair in contacts)
 

@@ -42,7 +42,7 @@ class Geometry(Compiled):
             arm = (cos * centre.x - sin * centre.y, sin * centre.x + cos * centre.y)
             return np.ascontiguousarray(poses[..., :2] + np.stack(arm, axis=-1), dtype=self.core.REAL)
         if name not in self.points:
-            raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
+            raise ValueError(f"name: found point {name!r}, expected one of: {', '.join(self.points)}")
         return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])
 
     def slides(self, q: ArrayLike) -> dict[str, FloatArray]:

@@ -316,3 +316,13 @@ def check_model(given: object) -> None:
     """Raise ``TypeError`` unless the argument ``model`` is one."""
     if not isinstance(given, Model):
         raise TypeError(f"model: found {type(given).__name__}, expected a Model; load one with load_model(folder)")
+
+
+def with_params(model: Model, params: Mapping[str, float] | None) -> Model:
+    """The model with the values of the argument ``params``, or as it is now. Raises ``TypeError`` where they are no
+    mapping, and as ``with_parameters`` does."""
+    if params is None:
+        return model.as_it_is()
+    if not isinstance(params, Mapping):
+        raise TypeError(f"params: found {type(params).__name__}, expected a mapping of parameter names to values")
+    return model.with_parameters(params)

@@ -41,7 +41,7 @@ def draw_branches(
     """
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
-        raise ValueError(f"a diagram is saved as .png, found {target.name!r}; use another name")
+        raise ValueError(f"path: a diagram is saved as .png, found {target.name!r}, expected a name that ends so")
     figure_module = needed("matplotlib.figure", "a bifurcation diagram")
     backend = needed("matplotlib.backends.backend_agg", "a bifurcation diagram")
     model = branches[0].orbits[0].return_map.model

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..faults import Faults
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.numbers import read_numbers
 from .newton import newton
 from .orbit import Orbit, orbit_of
@@ -63,7 +63,7 @@ def find_orbit(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    chosen = model.as_it_is() if params is None else model.with_parameters(params)
+    chosen = with_params(model, params)
     faults, a_map, start = Faults(), None, None
     options: dict[str, Any] = {"rtol": rtol, "method": method}
     with faults.collecting():

@@ -39,7 +39,7 @@ def draw_forces(
     ``found`` are the forces where they are known already. The ``settings`` are named over it (:func:`title_of`)."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
-        raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+        raise ValueError(f"path: a plot is saved as .png, found {target.name!r}, expected a name that ends so")
     figure_module = needed("matplotlib.figure", "a plot of forces")
     backend = needed("matplotlib.backends.backend_agg", "a plot of forces")
     found = history(run) if found is None else found

@@ -50,7 +50,7 @@ def draw_outputs(
     """
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
-        raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+        raise ValueError(f"path: a plot is saved as .png, found {target.name!r}, expected a name that ends so")
     figure_module = needed("matplotlib.figure", "a plot of outputs")
     backend = needed("matplotlib.backends.backend_agg", "a plot of outputs")
     points = points_among(run.model, names)

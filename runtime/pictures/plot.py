@@ -50,9 +50,11 @@ def draw(
 ) -> Any:
     """The figure of a run, saved as a PNG where a path is given; with ``forces`` its poses have arrows of what grounds
     push: forces, and at impacts impulses. The ``settings`` are named over it (:func:`title_of`)."""
+    if not isinstance(forces, bool | np.bool_):
+        raise TypeError(f"forces: found {forces!r}, expected True or False")
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
-        raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+        raise ValueError(f"path: a plot is saved as .png, found {target.name!r}, expected a name that ends so")
     needed("matplotlib", "a plot of a run")
     figure_module = needed("matplotlib.figure", "a plot of a run")
     backend = needed("matplotlib.backends.backend_agg", "a plot of a run")

@@ -69,7 +69,7 @@ class HybridState:
         """Write the state to an .npz file, whole or not at all; :meth:`load` reads it."""
         target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
-            raise ValueError(f"a state is saved as .npz, found {target.name!r}; use another name")
+            raise ValueError(f"path: a state is saved as .npz, found {target.name!r}, expected a name that ends so")
         arrays: dict[str, Any] = {
             "model": np.array(self.model),
             "t": np.array(self.t),

@@ -256,7 +256,7 @@ def unknown_name(name: str, known: Collection[str], every: str) -> str:
     meant = [one for one in known if one.rpartition(".")[2] in (word, *OTHER_WORDS.get(word, ()))]
     own = [one for one in meant if one in same]
     near = own or get_close_matches(name, known, NEAREST, 0.5) or (same or meant)[:NEAREST]
-    beside = f", expected one such as {', '.join(near)}" if near else ""
+    beside = f", expected one such as {', '.join(near)}" if near else ", expected the name of an output"
     return f"found {name!r}, which nothing is called{beside}; {every}"
 
 

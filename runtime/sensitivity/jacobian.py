@@ -21,7 +21,7 @@ from .along import Course, InOrder, along, carried, check
 from .moving import Moving, Wrt, moving_of
 from .passing import Passed
 from .start import start_moves
-from .told import TIMES, WHOLE, Output, check_outputs, label, moves, values
+from .told import TIMES, WHOLE, Output, check_outputs, label, moves, read_outputs, values
 
 Mode = Literal["auto", "tangent", "adjoint"]
 MODES: tuple[Mode, ...] = get_args(Mode)
@@ -151,7 +151,7 @@ def _followed(
 ) -> Asked:
     """``forward`` where differences need not be taken back."""
     model = check(run)
-    chosen = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
+    chosen = read_outputs(outputs)
     faults = Faults()
     moving, times = None, np.zeros(0)
     with faults.collecting():

@@ -13,12 +13,13 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.directions import Directions, directions_of
 from ..model.model import Model
-from ..model.numbers import read_numbers
+from ..model.numbers import read_names, read_numbers
 from ..model.thresholds import characteristic_time
 
 Wrt = str | Sequence[str] | Mapping[str, ArrayLike]
 """What a run is derived by: names, each with all its entries one by one, or directions in them by name."""
 
+NAMED = "q0, u0, parameters by their paths, or inputs"
 STARTS = ("q0", "u0")
 
 
@@ -54,12 +55,13 @@ def moving_of(model: Model, wrt: Wrt) -> Moving:
     Raises ``ValueError``, or ``KeyError`` for names that the model has not, with all that is wrong with them.
     """
     n = len(model.q_names)
-    given = wrt if isinstance(wrt, Mapping) else dict.fromkeys([wrt] if isinstance(wrt, str) else wrt)
+    listed = [wrt] if isinstance(wrt, str) else wrt if isinstance(wrt, Mapping) else read_names(wrt, "wrt", NAMED)
+    given = wrt if isinstance(wrt, Mapping) else dict.fromkeys(listed)
     if not given:
         raise ValueError("wrt: found nothing, expected names: q0, u0, parameters by their paths, or inputs")
     faults, arguments = Faults(), tuple(name for name in given if name not in STARTS)
-    if not isinstance(wrt, str | Mapping):
-        again = [name for name, times in Counter(wrt).items() if times > 1]
+    if not isinstance(wrt, Mapping):
+        again = [name for name, times in Counter(listed).items() if times > 1]
         for name in again:
             faults.add(f"wrt: found {name!r} more than once, expected each name once")
     directions = None

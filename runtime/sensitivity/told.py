@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..model.derivatives import SOLVED
 from ..model.forces import Held
 from ..model.inputs import Values
 from ..model.model import Model
-from ..model.numbers import read_numbers
+from ..model.numbers import read_numbers, told
 from ..model.places import places_of
 from .moving import Moving
 
@@ -25,6 +25,19 @@ Output = str | Function
 
 WHOLE = ("q", "u")
 TIMES = "impact_times"
+
+
+def read_outputs(outputs: object) -> list[Output]:
+    """The argument ``outputs``, one or several, as a list. Raises ``TypeError`` for what are neither names nor
+    functions."""
+    if isinstance(outputs, str) or callable(outputs):
+        return [outputs]
+    several = isinstance(outputs, Iterable) and not isinstance(outputs, bytes)
+    several = several and not (isinstance(outputs, np.ndarray) and outputs.ndim == 0)
+    given: list[Any] = list(outputs) if several else [None]  # type: ignore[call-overload]
+    if not all(isinstance(one, str) or callable(one) for one in given):
+        raise TypeError(f"outputs: found {told(outputs)}, expected names of outputs or functions, as a list")
+    return given
 
 
 def check_outputs(model: Model, outputs: Sequence[Output]) -> None:

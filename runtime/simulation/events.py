@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..faults import Faults
 from ..loading.structures import structures_of, switched_of
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
 from ..model.whole import Whole, latched_as
 from ..record.event import Event
@@ -122,7 +122,7 @@ def simulate_with_events(
     """The run of a model whose scene has events, with the arguments of :func:`~..simulate.simulate`."""
     faults = Faults()
     with faults.collecting():
-        model = model.as_it_is() if params is None else model.with_parameters(params)
+        model = with_params(model, params)
     with faults.collecting():
         check_functions(model, on_event)
     end: float = model.duration if until is None else until

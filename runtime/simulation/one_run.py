@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.inputs import Given, supply_of
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance, Latched
@@ -105,7 +105,7 @@ def simulate_one(
     """
     faults = Faults()
     with faults.collecting():
-        model = model.as_it_is() if params is None else model.with_parameters(params)
+        model = with_params(model, params)
     valued = not faults
     with faults.collecting():
         options = options_of(

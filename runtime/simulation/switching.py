@@ -15,7 +15,7 @@ from ..loading.structures import structures_of
 from ..model.assembly import assemble, project
 from ..model.joint_gap import take_hold
 from ..model.jump import impulses_behind
-from ..model.model import Model
+from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
 from ..model.whole import Whole
 from ..record.hybrid_state import HybridState
@@ -115,7 +115,7 @@ def simulate_switching(
     ``begin``: the number of the structure in which it begins, the time (s), and what effects hold then, where that is
     not the start; ``way`` is that of the drives up to there. ``look`` is that of :func:`~.one_run.simulate_one`.
     """
-    main = model.as_it_is() if params is None else model.with_parameters(params)
+    main = with_params(model, params)
     whole = Whole(structures_of(main))
     names = [one.name for one in whole.structures]
     number = names.index(state.model) if isinstance(state, HybridState) and state.model in names else 0

@@ -35,7 +35,7 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
     """
     target = read_path(path, "a .png file")
     if target.suffix != ".png":
-        raise ValueError(f"a chart is saved as .png, found {target.name!r}; use another name")
+        raise ValueError(f"path: a chart is saved as .png, found {target.name!r}, expected a name that ends so")
     vary = list(results.manifest["vary"])
     table = {name: results.column(name) for name in results.to_arrow().column_names}
     done = np.asarray(table["status"] == DONE)

@@ -205,7 +205,7 @@ def test_wrong_paths_are_refused(workshop: Workshop) -> None:
     with pytest.raises(ValueError) as caught:
         follow(arm, [0.3, 0.9], {"fore.T": [0.5, 0.6], "wrist": [[0, 0]]}, {"fore": [[0.1], [0.2]]})
     assert str(caught.value).splitlines() == [
-        "found point 'wrist', expected one of: shoulder, elbow, upper.A, upper.B, fore.A, fore.T",
+        "points: name: found point 'wrist', expected one of: shoulder, elbow, upper.A, upper.B, fore.A, fore.T",
         "points: fore.T: found shape (2,), expected finite numbers (n, 2), or (3, n, 2) with first and second "
         "derivatives in time",
         "angles: fore: found shape (2, 1), expected finite numbers (n,), or (3, n) with first and second derivatives "

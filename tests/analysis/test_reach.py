@@ -245,7 +245,7 @@ def test_wrong_wants_are_refused(arm: Any) -> None:
     with pytest.raises(ValueError) as caught:
         reach(arm, [0.3, 0.9], {"tip": (0, 0), "ground.O": (0, 0), "fore.T": 1}, {"wrist": 2}, {"guide": 1})
     assert str(caught.value).splitlines() == [
-        "found point 'tip', expected one of: shoulder, elbow, upper.A, upper.B, fore.A, fore.T",
+        "points: name: found point 'tip', expected one of: shoulder, elbow, upper.A, upper.B, fore.A, fore.T",
         "points: found 'ground.O', which is on the ground, expected a point that moves",
         "angles: found 'wrist', expected a link, or a joint that turns, of: upper, fore, shoulder, elbow",
         "slides: found 'guide', expected a sliding joint of: none",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections import UserDict
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -40,6 +41,8 @@ ODD: dict[str, Any] = {
     "scalar array": np.array(1.0),
     "user's dict": UserDict(),
 }
+OF_THE_MOTION = re.compile(r"cannot give this motion|does not determine the motion here|no equilibrium found from here")
+"""What is said where an argument is taken, and the motion that it asks for is none."""
 DOCUMENTED = (ValueError, TypeError, KeyError, FileNotFoundError, ImportError, IsADirectoryError, PermissionError)
 """Kinds of errors that a caller is told of. Others are faults of ours."""
 
@@ -55,13 +58,27 @@ def odd_calls(call: Callable[..., Any], given: dict[str, Any], *args: Any) -> It
             yield name, odd, {**given, name: value}
 
 
-def complaint(call: Callable[..., Any], arguments: dict[str, Any]) -> str | None:
-    """What is wrong with how an odd argument is taken: nothing where it is taken, or refused with what was found."""
+def _entries(given: object) -> list[str]:
+    """What is given as texts, one by one; of a mapping its keys."""
+    if isinstance(given, str):
+        return [given]
+    return (
+        [str(one) for one in given] if isinstance(given, dict) or (isinstance(given, np.ndarray) and given.ndim) else []
+    )
+
+
+def complaint(call: Callable[..., Any], arguments: dict[str, Any] | tuple[Any, ...], argument: str = "") -> str | None:
+    """What is wrong with how an odd ``argument`` is taken: nothing where it is taken, or refused in words that name
+    it, or an entry of it by its key, with what was found and what was expected."""
     try:
-        call(**arguments)
+        call(**arguments) if isinstance(arguments, dict) else call(*arguments)
     except DOCUMENTED as error:
         text = str(error.args[0]) if type(error) is KeyError and error.args else str(error)
-        if "expected" in text or "found" in text:
+        given = arguments.get(argument) if isinstance(arguments, dict) else arguments[0]
+        names = [argument, *_entries(given)]
+        if "expected" in text and "found" in text and any(name in text for name in names):
+            return None
+        if OF_THE_MOTION.search(text):
             return None
         return f"{type(error).__name__}: {text[:150]}"
     except Exception as error:
