@@ -398,7 +398,7 @@ class TableMethods:
         name: a name of letters, digits and _, beginning with a letter
         point: a point of the surface, [x, y] in m
         normal: the direction out of the ground, [x, y], not both zero
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         contacts: a list of points that touch it, such as ["joint_3", "link_0.A"]
         radius: the radius in m of discs about the contacts, not negative, or a list with one per contact
         restitution: the coefficient of restitution, a number from 0 to 1
@@ -426,7 +426,7 @@ class TableMethods:
     ) -> Mechanism:
         """Add [[compliant_ground]].
 
-        load: the force in N that presses a contact as deep as depth, a positive number
+        load: the force in N that presses a contact as deep as depth, zero or positive
         depth: the depth in m to which the load presses a contact, a positive number
         exponent: the power of the depth with which the force grows, 1, 1.5 (Hertz), 2, 2.5 or 3
         young: Young's modulus of both bodies in Pa, a positive number, or a list of two, one for each
@@ -434,7 +434,7 @@ class TableMethods:
         damping: by what part the force is larger per speed of approach, in s/m, zero or positive
         restitution: the coefficient of restitution after Lankarani and Nikravesh, a number from 0 to 1
         slowest: the speed of approach in m/s up to which damping is that of this speed, positive
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         slip_speed: the speed about which friction changes its sign in m/s, a positive number
         name: a name of letters, digits and _, beginning with a letter
         point: a point of the surface, [x, y] in m
@@ -479,7 +479,7 @@ class TableMethods:
             is its outline
         radius: the radius of the discs in m, not negative, or a list of two: of an edge, half of its thickness
         restitution: the coefficient of restitution, a number from 0 to 1
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         law: the law of all impacts: newton, poisson or stronge
         """
 
@@ -502,7 +502,7 @@ class TableMethods:
     ) -> Mechanism:
         """Add [[compliant_touch]].
 
-        load: the force in N that presses a contact as deep as depth, a positive number
+        load: the force in N that presses a contact as deep as depth, zero or positive
         depth: the depth in m to which the load presses a contact, a positive number
         exponent: the power of the depth with which the force grows, 1, 1.5 (Hertz), 2, 2.5 or 3
         young: Young's modulus of both bodies in Pa, a positive number, or a list of two, one for each
@@ -510,7 +510,7 @@ class TableMethods:
         damping: by what part the force is larger per speed of approach, in s/m, zero or positive
         restitution: the coefficient of restitution after Lankarani and Nikravesh, a number from 0 to 1
         slowest: the speed of approach in m/s up to which damping is that of this speed, positive
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         slip_speed: the speed about which friction changes its sign in m/s, a positive number
         name: a name of letters, digits and _, beginning with a letter
         between: a disc's centre, and another one or an edge: ["ball.C", "other.C"], ["ball.C", "plank"] or ["ball.C",
@@ -538,7 +538,7 @@ class TableMethods:
         clearance: how far its centre may be from that of the bearing, or from the slot's middle line, in m, a positive
             number
         restitution: the coefficient of restitution, a number from 0 to 1
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         law: the law of all impacts: newton, poisson or stronge
         """
 
@@ -570,7 +570,7 @@ class TableMethods:
         angle: where on its link the cam's angle is zero, in rad; 0 if not given
         clockwise: whether the cam's angle is counted clockwise; false if not given
         restitution: the coefficient of restitution, a number from 0 to 1
-        friction: Coulomb's coefficient of friction, a positive number
+        friction: Coulomb's coefficient of friction, zero or positive
         law: the law of all impacts: newton, poisson or stronge
         """
 
@@ -613,7 +613,7 @@ class TableMethods:
         length: the length at rest in m, zero or a positive number
         acts: "both" ways, "pull" only when it is longer than at rest, as a rope, or "push" only when it is shorter, as
             a buffer
-        damping: the damping in N s/m while it acts, a positive number, with acts "pull" or "push" or play only
+        damping: the damping in N s/m while it acts, zero or positive, with acts "pull" or "push" or play only
         play: the way in m in which it is free, half on either side of its length at rest, a positive number
         """
 
@@ -628,7 +628,7 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         between: the two points it joins, ["link.point", "ground.point"]
-        damping: the damping in N s/m, a positive number
+        damping: the damping in N s/m, zero or a positive number
         """
 
     def torsion(
@@ -666,8 +666,8 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         joints: a list of joints, such as ["joint_1", "joint_2"] (default: all)
-        viscous: the viscous friction in N m s/rad, a positive number (N s/m where it slides)
-        dry: the moment of dry friction in N m, a positive number (the force in N where it slides)
+        viscous: the viscous friction in N m s/rad, zero or a positive number (N s/m where it slides)
+        dry: the moment of dry friction in N m, zero or a positive number (the force in N where it slides)
         rate: the rate about which dry friction changes its sign in rad/s, a positive number (m/s on a line)
         breakaway: the moment of dry friction near standstill in N m, more than dry (the force in N where it slides)
         stribeck: the rate at which e⁻¹ of what breakaway is more is left, in rad/s, positive (m/s on a line)
@@ -688,8 +688,8 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         joint: the name of the joint that it brakes
-        torque: the most torque in N m, a positive number or an expression of t
-        force: the most force along the line in N, a positive number or an expression of t
+        torque: the most torque in N m, zero or a positive number or an expression of t
+        force: the most force along the line in N, zero or a positive number or an expression of t
         begins: the time in s from which on it brakes, zero or a positive number
         ends: the time in s up to which it brakes, a positive number
         rate: the rate about which it changes its sign in rad/s, a positive number (m/s where the joint slides)
@@ -708,8 +708,8 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         point: the point on which it acts, such as "link_0.B" or "joint_1"
-        linear: the linear drag in N s/m, a positive number
-        quadratic: the quadratic drag in N s²/m², a positive number
+        linear: the linear drag in N s/m, zero or a positive number
+        quadratic: the quadratic drag in N s²/m², zero or a positive number
         speed: the speed below which quadratic drag is linear in m/s, zero or a positive number
         """
 
