@@ -27,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon gallery quick test oldest hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
+.PHONY: help hexagon gallery quick test oldest another hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -35,6 +35,7 @@ help:
 	@echo "make quick       a part of the tests in about a minute, for every save; ARGS goes to pytest"
 	@echo "make test        all tests but the long ones; ARGS=\"-k impact\" goes to pytest"
 	@echo "make oldest      the quick tests with the oldest versions of everything that pyproject.toml allows"
+	@echo "make another     the quick tests with the newest other Python on this machine, and the bytes of scenes with both"
 	@echo "make hard        the long tests: surveys, random sweeps, large mechanisms"
 	@echo "make figures     all hard cases, with the largest counts, and the figures that they reach"
 	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
@@ -88,6 +89,26 @@ $(OLDEST)/installed: $(COMPILED) pyproject.toml setup.py
 	$(OLDEST)/bin/python backend/lower_bounds.py > $(OLDEST)/requirements.txt
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet -r $(OLDEST)/requirements.txt
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps -e .
+	@touch $@
+
+# The quick tests with the newest other Python on this machine, and the bytes of some scenes with both: sums of floats differ
+# between Pythons. Where there is no other it says so, and that is all.
+ANOTHER := .cache/another
+ANOTHER_SCENES ?= four-bar slider-crank falling-hexagon jansen-leg quick-return planetary escapement trebuchet
+
+another: $(VENV)/test
+	@python=$$($(BIN)/python backend/another_python.py); \
+	if test -z "$$python"; then echo "another Python: found none beside $$($(BIN)/python --version); nothing is compared"; exit 0; fi; \
+	$(MAKE) --no-print-directory $(ANOTHER)/installed ANOTHER_PYTHON=$$python && \
+	$(BIN)/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-here && \
+	$(ANOTHER)/bin/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-there && \
+	diff $(ANOTHER)/bytes-here $(ANOTHER)/bytes-there && \
+	echo "$$($(BIN)/python --version) and $$($(ANOTHER)/bin/python --version): the same bytes of $(words $(ANOTHER_SCENES)) scenes" && \
+	CCGEN_TEST_CACHE_DIR=$(CURDIR)/$(ANOTHER)/cache $(ANOTHER)/bin/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
+
+$(ANOTHER)/installed: $(COMPILED) pyproject.toml setup.py
+	$(ANOTHER_PYTHON) -m venv --clear $(ANOTHER)
+	$(ANOTHER)/bin/python -m pip --disable-pip-version-check install --quiet -e '.[test]'
 	@touch $@
 
 figures: $(VENV)/test
