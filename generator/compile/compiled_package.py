@@ -8,6 +8,7 @@ from ..package.parts import DERIVATIVES, write_record
 from .cache import contract_version
 from .compiler import Compiler, compile_model, extension_file, extension_module
 from .kept_steps import Steps
+from .memory import tell_of_memory
 from .processor import processor
 
 
@@ -18,6 +19,7 @@ def compile_package(compiler: Compiler, folder: Path, name: str, hash_: str, key
     ``hash_`` is that of the model. Raises ``CompileError`` where the compiler fails."""
     extension = extension_module(hash_)
     more = tuple(file for file in (DERIVATIVES,) if (folder / file).exists())
+    tell_of_memory(name, folder / "model.c")
     compile_model(compiler, folder, extension, name, hash_, steps, more)
     steps.keep()
     facts = {
