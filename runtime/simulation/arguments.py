@@ -144,8 +144,8 @@ def check_positive(name: str, value: Any, of: str = "") -> None:
 
 def check_until(until: Any) -> None:
     """Raise ``ValueError`` unless this is a time at which a run can end: 0 too, where it has the start alone."""
-    if not _is_number(until) or not 0.0 <= until < math.inf:
-        raise ValueError(f"until: found {_shown(until)}, expected zero or a positive number of seconds; correct it")
+    if not _is_number(until) or until != 0.0:
+        check_positive("until", until, " of seconds")
 
 
 def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
