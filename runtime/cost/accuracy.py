@@ -43,6 +43,8 @@ LONGEST = 2.0
 SPENT = 0.08
 """Seconds spent on repeating a run, the fastest of which counts."""
 REPEATS = 25
+TRIED = 8
+"""Ends that are tried, each before what parted the runs to the last: none is said where all of them fail."""
 
 
 @dataclass(frozen=True)
@@ -189,37 +191,62 @@ def _tighter(
 def refer(model: Model, until: float) -> Reference:
     """The reference run, and how far a run of another method differs from it; best of a model in wide numbers.
 
-    Raises ``ValueError`` when no run reaches ``until``, or when the two differ by too much for a reference.
+    Raises ``ValueError`` when no run reaches ``until``, or when the two differ by too much for a reference; it says an
+    earlier end up to which they are one, if there is.
     """
+    found, refused = _two(model, until)
+    if refused is not None:
+        raise ValueError(f"{model.name}: no reference: {refused}; choose an earlier end: --until")
+    if found.doubt > LARGEST_DOUBT:
+        raise ValueError(f"{model.name}: no reference: {_disagreement(model, found)}")
+    return found
+
+
+def _two(model: Model, until: float) -> tuple[Reference, str | None]:
+    """The two best runs beside each other, and why one of them does not reach its end, if so."""
     best: list[Run] = []
     reached: list[float] = []
     for method, rtol in GROUNDS[model.precision]:
         runs = list(_until_one_succeeds(_tighter(model, until, method, rtol)))
-        if not runs[-1].success:
-            raise ValueError(f"{model.name}: no reference: {runs[-1].message}; choose an earlier end: --until")
         best.append(runs[-1])
         reached.append(rtol * 10 ** (len(runs) - 1))
+        if not runs[-1].success:
+            return Reference(best[0], best[-1], np.inf, reached[0], reached[-1]), runs[-1].message
     first, second = best
-    doubt = max(errors(second, first))
-    if doubt > LARGEST_DOUBT:
-        raise ValueError(f"{model.name}: no reference: {_disagreement(first, second, doubt)}")
-    return Reference(first, second, doubt, *reached)
+    return Reference(first, second, max(errors(second, first)), *reached), None
 
 
-def _disagreement(first: Run, second: Run, doubt: float) -> str:
+def _disagreement(model: Model, found: Reference) -> str:
     """In what two runs that should be the same differ, and what to try."""
+    first, second = found.run, found.second
     parted = parted_at(first, second)
     if parted is None:
         return (
-            f"{first.method} and {second.method} differ by {doubt:.1e} at t = {first.t[-1]:g} s; choose an earlier "
-            "end: --until"
+            f"{first.method} and {second.method} differ by {found.doubt:.1e} at t = {first.t[-1]:g} s; choose an "
+            "earlier end: --until"
         )
     t, told = parted
-    earlier = f", as --until {_before(t):g}" if t > 0.0 else ": --until"
+    end = _common_end(model, t)
+    earlier = f", as --until {end:g}" if end > 0.0 else ": --until"
     return (
         f"{first.method} and {second.method} meet other impacts, although both are as exact as they get: {told}; from "
         f"there on rounding decides, as where bounces accumulate. Choose an end before it{earlier}"
     )
+
+
+def _common_end(model: Model, t: float) -> float:
+    """An end (s) before t up to which the two best runs are one, 0 where none is found: runs to another end take other
+    steps, and where bounces accumulate another of them may be the last."""
+    for _ in range(TRIED):
+        if not t > 0.0:
+            return 0.0
+        end = _before(t)
+        found, refused = _two(model, end)
+        if refused is None and found.doubt <= LARGEST_DOUBT:
+            return end
+        parted = None if refused is not None else parted_at(found.run, found.second)
+        t = end if parted is None else parted[0]
+    return 0.0
 
 
 def _until_one_succeeds(runs: Iterable[Run]) -> Iterator[Run]:

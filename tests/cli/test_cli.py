@@ -189,10 +189,8 @@ def test_run_by_time_stepping(tmp_path: Path) -> None:
     done = ccgen("run", "kane.toml", "--method", "moreau", "--step", "1e-3", "--csv", "--gif", at=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     stretch = "time stepping from 0 s to 5 s"
-    assert (
-        f"impacts are not told apart by time stepping\n{stretch}\nno forces: this run knows no forces: it went by time stepping"
-        in done.stdout
-    )
+    told = f"impacts are not told apart by time stepping\n{stretch}\nno forces: this run knows no forces"
+    assert f"{told}: it went by time stepping" in done.stdout
     assert "method moreau" in done.stdout
     refused = ccgen("run", "kane.toml", "--method", "moreau", at=tmp_path)
     assert refused.returncode == 2 and refused.stderr.startswith("--step: found none beside method 'moreau'")
