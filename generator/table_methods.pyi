@@ -647,7 +647,7 @@ class TableMethods:
         joint: the joint at which it acts, such as "joint_1"
         stiffness: the stiffness in N m/rad, a positive number
         angle: the joint's angle at rest in rad, or a text such as "30 deg"
-        damping: the damping in N m s/rad, a positive number
+        damping: the damping in N m s/rad, zero or a positive number
         play: the angle in rad in which it is free, half on either side of rest, a positive one, or "2 deg"
         """
 

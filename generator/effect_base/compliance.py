@@ -297,7 +297,7 @@ def read_compliance(table: ComplianceTable, name: str, label: str, complain: Com
     if table.restitution is not None:
         slowest = parameter("slowest", "vl", table.slowest or SLOWEST, POSITIVE)
         damping = LankaraniNikravesh(parameter("restitution", "e", table.restitution, FROM_0_TO_1), slowest)
-    elif table.damping:
+    elif table.damping is not None:
         damping = HuntCrossley(parameter("damping", "c", table.damping))
     if table.friction is None:
         return Compliance(elastic, damping, None, None)
@@ -334,9 +334,10 @@ def _read_hertz(table: ComplianceTable, name: str, label: str) -> Hertz:
 
     def both(key: str, symbol: str, given: float | list[float] | None, domain: Domain) -> tuple[Parameter | None, ...]:
         if isinstance(given, list):
-            made = [Parameter(f"{name}.{key}.{i}", f"{symbol}_{label}_{i}", x, domain) for i, x in enumerate(given)]
-            return tuple(p if p.value else None for p in made)
-        return (Parameter(f"{name}.{key}", f"{symbol}_{label}", given, domain) if given else None,) * 2
+            return tuple(
+                Parameter(f"{name}.{key}.{i}", f"{symbol}_{label}_{i}", x, domain) for i, x in enumerate(given)
+            )
+        return (Parameter(f"{name}.{key}", f"{symbol}_{label}", given, domain) if given is not None else None,) * 2
 
     e, f = both("young", "E", table.young, POSITIVE)
     nu, mu = both("poisson", "nu", table.poisson, FROM_0_TO_1)

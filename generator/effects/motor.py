@@ -322,7 +322,7 @@ def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Ro
     if table.table is not None:
         return Rows(_rows(table.table, index, name, "force" if slides else "torque"))
     stiffness, damping = (
-        Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value, NOT_NEGATIVE) if value else None
+        Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value, NOT_NEGATIVE) if value is not None else None
         for key, symbol, value in (("stiffness", "k", table.stiffness), ("damping", "d", table.damping))
     )
     most = POSITIVE if table.integral else NOT_NEGATIVE  # an integral fades over a part of it
@@ -404,10 +404,10 @@ def _a(aim: str) -> str:
 
 def _check_servo(table: MotorTable, aim: str, complain: Complain) -> bool:
     law = law_of(getattr(table, aim))
-    if not table.stiffness and not table.damping:
-        complain((), f"found {_a(aim)} without stiffness and damping, expected one that is not zero; add stiffness")
+    if table.stiffness is None and table.damping is None:
+        complain((), f"found {_a(aim)} without stiffness and damping, expected one of them; add stiffness")
         return False
-    if table.damping and isinstance(law, OfTime) and not law.has_rate():
+    if table.damping is not None and isinstance(law, OfTime) and not law.has_rate():
         why = "order = 1" if isinstance(law, Spline) else "abs"
         how = 'write order = 3, or law = "monotone"' if isinstance(law, Spline) else "write it without abs"
         complain((aim,), f"found {why} in {_a(aim)} with damping, expected one that has a rate; {how}")

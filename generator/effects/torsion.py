@@ -12,7 +12,7 @@ from ..effect_base.dead_zone import DeadZone
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.part_at_joint import part_at_joint
 from ..effect_base.points import find_joint
-from ..effect_base.table import JointName, Name, Positive, Table
+from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Angle, Measured
 from ..mechanism.links import ANY, NOT_NEGATIVE, Domain, Parameter
 
@@ -33,8 +33,8 @@ class TorsionTable(Table):
         default=None, description="the stiffness in N m/rad, a positive number"
     )
     angle: Angle = Field(default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"')
-    damping: Annotated[Positive, Measured("N m s/rad")] | None = Field(
-        default=None, description="the damping in N m s/rad, a positive number"
+    damping: Annotated[NotNegative, Measured("N m s/rad")] | None = Field(
+        default=None, description="the damping in N m s/rad, zero or a positive number"
     )
     play: Annotated[Positive, Measured("rad")] | None = Field(
         default=None,
@@ -131,12 +131,13 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     name = table.name or label
 
     def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value is not None else None
 
     stiffness, damping = parameter("stiffness", "k", table.stiffness), parameter("damping", "c", table.damping)
     play = parameter("play", "p", table.play)
     zone = DeadZone(label, play, stiffness, damping) if play and stiffness else None
-    return Torsion(label, name, joint, stiffness, parameter("angle", "phi", table.angle, ANY), damping, zone)
+    angle = parameter("angle", "phi", table.angle or None, ANY)
+    return Torsion(label, name, joint, stiffness, angle, damping, zone)
 
 
 ENTRY = Entry("torsion", True, TorsionTable, build, {"angle": "angle"})

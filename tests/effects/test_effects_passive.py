@@ -412,7 +412,7 @@ BAD: list[tuple[str, str, tuple[str, ...]]] = [
     ('[[torsion]]\nstiffness = 1\njoint = "knee"', "torsion[0].joint", ('"knee"', "the joints are joint_0, joint_1")),
     (TORSION, "torsion[0]", ("neither stiffness nor damping", "add one")),
     (TORSION + "stiffness = -1", "torsion[0].stiffness", ("found -1", "positive")),
-    (TORSION + "damping = 0", "torsion[0].damping", ("found 0", "positive")),
+    (TORSION + "damping = -1", "torsion[0].damping", ("found -1", "zero or a positive")),
     (TORSION + "damping = 1\nangle = 1", "torsion[0].angle", ("without stiffness", "remove it")),
     (TORSION + 'stiffness = 1\nangle = "1 turn"', "torsion[0].angle", ('"1 turn"', "30 deg")),
     (FRICTION, "joint_friction[0]", ("neither viscous nor dry",)),
