@@ -31,9 +31,9 @@ def check_state(model: Model | None, state: HybridState, q0: object, u0: object)
 
 
 def check_end(state: HybridState, until: float) -> None:
-    """Refuse a state that is not before ``until`` (s)."""
-    if not until > state.t:
-        raise ValueError(f"until: found {until}, expected more than the state's t = {state.t}; ask for a later end")
+    """Refuse a state that is after ``until`` (s); at it the run is one row."""
+    if not until >= state.t:
+        raise ValueError(f"until: found {until}, expected the state's t = {state.t} or more; ask for a later end")
 
 
 def check_left(state: HybridState, found: Mapping[str, Any]) -> None:
