@@ -30,9 +30,9 @@ ROWS = 16
 MANY = 1000
 """Steps in a run of which fewer would be worth a word."""
 STABLE = {"dopri5": 3.3, "dop853": 6.4, "gauss": 6.3}
-"""Step times fastest rate, |h λ|, from which on a damped motion grows: where |R(h λ)| = 1 on the negative real axis (E.
-Hairer, G. Wanner, Solving ordinary differential equations II, section IV.2), of gauss where its iteration no longer
-contracts."""
+"""Step times fastest rate of decay, |h λ|, from which on a damped motion grows: where |R(h λ)| = 1 on the negative real
+axis (E. Hairer, G. Wanner, Solving ordinary differential equations II, section IV.2), of gauss where its iteration no
+longer contracts."""
 TIGHT = 1e-10
 """Relative tolerance below which accuracy asks radau, of order 5, for as short steps as stability asks others for."""
 NEAR = 0.75
@@ -112,23 +112,31 @@ def _stiff(run: Run) -> Iterator[str]:
     if len(found) > ROWS // 2 and np.median(found) > NEAR * STABLE[run.method]:
         yield (
             f"most of the run's {len(steps)} steps are as short as {run.method} needs not to grow unstable, not as "
-            "accuracy asks for: something is stiff, as a hard compliant contact or strong damping; --method radau may "
-            "need far fewer"
+            "accuracy asks for: something is stiff, as strong damping or a hard compliant contact that damps; --method "
+            "radau may need far fewer"
         )
 
 
 def _fastest(run: Run, row: int) -> float | None:
-    """The fastest rate (1/s) of the linearised motion at a row: the spectral radius of [[0, 1], [∂a/∂q, ∂a/∂u]] by
-    differences, in flight; ``None`` where a contact is closed or accelerations are none."""
+    """The fastest rate (1/s) of the linearised motion at a row, where that dies away: the largest |λ| of the
+    eigenvalues of [[0, 1], [∂a/∂q, ∂a/∂u]] by differences, in flight; ``None`` where the fastest is no decay
+    (−Re λ < |Im λ|), as of a spring, whose swings accuracy has to follow, where a contact is closed, and where
+    accelerations are none."""
     model, q, u, t = run.model, run.q[row], run.u[row], run.t[row]
     n, root = len(u), float(np.sqrt(np.finfo(float).eps))
     if len(model.contacts) and model.kernels.closed(q[None]).any():
         return None
-    shifts = root * np.maximum(np.abs(np.append(q, u)), np.repeat([model.length, model.length], n))
+    units = model.coordinate_units
+    units = np.append(units, units / (model.time or model.duration))
+    shifts = root * np.maximum(np.abs(np.append(q, u)), units)
     states = np.append(q, u) + np.vstack([np.zeros(2 * n), np.diag(shifts)])
     try:
         found = model.acceleration(states[:, :n], states[:, n:], t, contacts=())
     except ValueError:
         return None
     matrix = np.vstack([np.eye(n, 2 * n, n), ((found[1:] - found[0]) / shifts[:, None]).T])
-    return float(np.abs(np.linalg.eigvals(matrix)).max()) if np.all(np.isfinite(matrix)) else None
+    if not np.all(np.isfinite(matrix)):
+        return None
+    rates = np.linalg.eigvals(matrix)
+    fastest = rates[np.argmax(np.abs(rates))]
+    return float(np.abs(fastest)) if -fastest.real >= abs(fastest.imag) else None
