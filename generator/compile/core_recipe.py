@@ -45,6 +45,7 @@ def flags(source: Path) -> tuple[str, ...]:
 def digest(runtime: Path) -> str:
     """Of all that a core is compiled from, and of how."""
     found = hashlib.sha256(repr((LANGUAGE, FACE, OFTEN, ELSE, HOT)).encode())
+    runtime = runtime.resolve()  # rglob looks through links, of which an editable installation is made
     for file in (*c_files(runtime), *read_files(runtime)):
         content = file.read_bytes()
         found.update(f"{file.relative_to(runtime).as_posix()}\0{len(content)}\0".encode() + content)

@@ -177,7 +177,7 @@ def test_work_closes_the_energy_balance(driven: tuple[Any, Driven], inputs: str)
 
 def test_all_faults_at_once(workshop: Workshop) -> None:
     wrong = (
-        '[[motor]]\njoint = "a"\ntorque = 1\nangle = 2\n[[force]]\npoint = "b"\nvector = [0, 0]\n'
+        '[[motor]]\njoint = "a"\ntorque = 1\nangle = 2\n[[force]]\npoint = "b"\nvector = [0]\n'
         '[[input]]\nname = "t"\npoint = "c"\nlink = "d"\n'
     )
     with pytest.raises(SceneError) as caught:
