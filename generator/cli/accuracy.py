@@ -54,9 +54,9 @@ def price_accuracy(
 ) -> None:
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
     from ccgen.runtime.precision import wider
-    from ccgen.runtime.simulation.arguments import check_positive
+    from ccgen.runtime.simulation.arguments import check_lasting
 
-    end = faults.of(read_option, until, lambda value: check_positive("until", value, " of seconds"), "s")
+    end = faults.of(read_option, until, check_lasting, "s")
     if "wide" in precisions and not wider():
         faults.add(
             "--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out"

@@ -37,9 +37,9 @@ def price_gradient(
     faults: Faults,
 ) -> None:
     """Measure derivatives of the scene's end, print the tables, write ``gradient.csv`` and ``gradient.png``."""
-    from ccgen.runtime.simulation.arguments import check_positive
+    from ccgen.runtime.simulation.arguments import check_lasting
 
-    asked = faults.of(read_option, until, lambda value: check_positive("until", value, " of seconds"), "s")
+    asked = faults.of(read_option, until, check_lasting, "s")
     scene = faults.of(read, scene_file, settings)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     if scene or out:

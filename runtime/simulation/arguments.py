@@ -145,7 +145,12 @@ def check_positive(name: str, value: Any, of: str = "") -> None:
 def check_until(until: Any) -> None:
     """Raise ``ValueError`` unless this is a time at which a run can end: 0 too, where it has the start alone."""
     if not _is_number(until) or until != 0.0:
-        check_positive("until", until, " of seconds")
+        check_lasting(until)
+
+
+def check_lasting(until: Any) -> None:
+    """Raise ``ValueError`` unless this is an end up to which something moves, as of a run that is measured."""
+    check_positive("until", until, " of seconds")
 
 
 def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
