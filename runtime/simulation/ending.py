@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..model.drives import driven_against
-from ..model.failed_impact import failed_impact
+from ..model.failed_impact import LIGHT_LINKS, failed_impact
 from ..model.model import Model
 from ..model.tolerances import largest_angle
 from .arguments import RATE_BUDGET, STEP_BUDGET
@@ -46,8 +46,9 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         if fixed
         else "neither from event to event nor by time stepping does the run get further without gaining energy; change "
         "the start a little",
-        "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
-        "heavy ones heavier, or leave them out",
+        "inexact": failed_impact("inexact", contact, model.data["law"])
+        if found["contact"] >= 0
+        else f"masses differ so much that no digit of the accelerations is sure; {LIGHT_LINKS}",
         "turned_far": _turned_far(model, found) if outcome == "turned_far" else "",
         "no_memory": "memory ran out; record less by ending earlier",
     }

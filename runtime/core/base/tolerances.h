@@ -64,12 +64,15 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ALIKE, CCGEN_LIMIT(1e-8, 1e-3), OF_RELATIVE, \
       "motions this near are one", \
       "rates are impulses times W: ten times what impulses are alike at (LESS)") \
-    X(DROWNED, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
+    X(FAR_LARGER, 1e6, OF_RELATIVE, \
+      "times what impulses come from: of larger terms no more counts than this, or than their rounding (TERM_ROUNDING)", \
+      "what the law may be missed by (CONSISTENT) is then a ten-thousandth of what impulses come from: a tenth of what is no solution (NO_EFFECT)") \
+    X(DROWNED, CCGEN_LIMIT(1e-5, 1e-4), OF_RELATIVE, \
       "impulses whose rounding is this part of what they come from are none", \
-      "ten times the default rtol") \
+      "what their terms are rounded to (TERM_ROUNDING) is then a thousandth of it: three digits are left (as NO_EFFECT)") \
     X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "what the best answer may miss Coulomb's law by where none meets it", \
-      "rates beside far larger ones are known to no more than ten times the default rtol (as DROWNED)") \
+      "rates beside far larger ones are known to no more than ten times the default rtol") \
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
       "sweeps over the contacts have settled", \
       "the last digit") \
@@ -96,6 +99,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CONTACT_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "held contacts with such a pivot, where some slide, go to the null-space path", \
       "what a solution loses is the inverse of its least pivot: ten digits are kept (as WELL_PIVOT)") \
+    X(IMPLIED_SHARE, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "a contact with this share of its own row left is carried by others", \
+      "a hundred times what is no pivot (DEPENDENT_PIVOT): two digits of it are known") \
+    X(PLAINLY_INDEPENDENT, CCGEN_LIMIT(1e-3, 3e-2), OF_RELATIVE, \
+      "rows of contacts are independent of each other as motions are", \
+      "with masses alike pivots of their response are the squares, as large as what keeps ten digits (WELL_PIVOT)") \
     X(BENDS_OTHERWISE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "contacts whose rows are one part where their gaps bend differently: by this part of the length, or of how they bend, along a unit of a coordinate", \
       "curvatures are sums as places are, of some thousand roundings (as SHUT), squared in what a step of such a size makes of them: radii to a million lengths are round") \
@@ -131,12 +140,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RATES_MISSED, CCGEN_LIMIT(1e-14, 1e-6), OF_RELATIVE, \
       "rates after an impact that miss more are corrected", \
       "some tens of roundings: no correction is better") \
-    X(IMPLIED_SHARE, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
-      "a contact with this share of its own row left is carried by others", \
-      "a hundred times what is no pivot (DEPENDENT_PIVOT): two digits of it are known") \
-    X(CORRECTED_IMPULSE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+    X(CORRECTED_IMPULSE, CCGEN_LIMIT(1e-5, 1e-2), OF_RELATIVE, \
       "a correction that is a larger part of the impulses is none", \
-      "what pivots of W lose at most: six digits of sixteen (as WELL_PIVOT)") \
+      "what the least pivots of W that count lose (DEPENDENT_PIVOT): eleven digits of sixteen") \
     X(NO_EFFECT, 1e-3, OF_RELATIVE, \
       "impulses that miss this part of the largest rate have no effect", \
       "less than three digits of a jump are no solution (as HOPELESS)") \

@@ -56,37 +56,33 @@ double rate_of(const struct friction_problem *c, int row, const double *Pn, cons
     return rate;
 }
 
+struct sizes sizes_of(const struct friction_problem *c, const double *Pn, const double *Pt)
+{
+    struct sizes of = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 2 * c->n; i++) {
+        const double root_W = c->root[i], b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        const double least = c->least && i < c->n ? root_W * c->least[i] : 0.0;
+        of.load = fmax(of.load, fmax(least, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n])));
+        of.cause = fmax(of.cause, fmax(least, root_W > 0.0 ? fabs(b) / root_W : 0.0));
+    }
+    of.speed = fmax(of.cause, of.load);
+    return of;
+}
+
 /* Whether impulses are so large that their rounding drowns what they come from: pivots near a ray lead there. */
-static int drowned(const struct friction_problem *c, const double *Pn, const double *Pt)
+static int drowned(const struct sizes *of)
 {
-    double load = 0.0, cause = 0.0;
-    for (int i = 0; i < 2 * c->n; i++) {
-        const double root_W = c->root[i], b = i < c->n ? c->bn[i] : c->bt[i - c->n];
-        load = fmax(load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
-        cause = fmax(cause, c->least && i < c->n ? root_W * c->least[i] : 0.0);
-        cause = fmax(cause, root_W > 0.0 ? fabs(b) / root_W : 0.0);
-    }
-    return load * DBL_EPSILON > DROWNED * cause;
+    return of->load * DBL_EPSILON > DROWNED * of->cause;
 }
 
-void load_and_speed(const struct friction_problem *c, const double *Pn, const double *Pt, double *load, double *speed)
+double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt,
+                   const struct sizes *of)
 {
-    *load = *speed = 0.0;
-    for (int i = 0; i < 2 * c->n; i++) {
-        const double root_W = c->root[i], b = i < c->n ? c->bn[i] : c->bt[i - c->n];
-        *load = fmax(*load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
-        *load = fmax(*load, c->least && i < c->n ? root_W * c->least[i] : 0.0);
-        if (root_W > 0.0)
-            *speed = fmax(*speed, fabs(b) / root_W);
-    }
-    *speed = fmax(*speed, *load);
-}
-
-double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double speed)
-{
-    double size;
-    const double rate = rate_of(c, row, Pn, Pt, &size);
-    size += MIXED * speed * c->root[row];
+    double terms;
+    const double rate = rate_of(c, row, Pn, Pt, &terms), root = c->root[row];
+    double size = terms + MIXED * of->speed * root;
+    if (size > FAR_LARGER * of->cause * root && root > 0.0)
+        size = fmax(FAR_LARGER * of->cause * root, TERM_ROUNDING / CONSISTENT * size);
     return size > 0.0 ? rate / size : 0.0;
 }
 
@@ -106,14 +102,15 @@ static double friction_broken(const struct friction_problem *c, int i, double Pn
 
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
-    double worst = 0.0, load, speed;
-    if (drowned(c, Pn, Pt))
+    double worst = 0.0;
+    const struct sizes of = sizes_of(c, Pn, Pt);
+    const double load = of.load;
+    if (drowned(&of))
         return INFINITY;
-    load_and_speed(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < c->n; i++) {
         const double extra = Pn[i] - (c->least ? c->least[i] : 0.0);
-        const double push = load > 0.0 ? c->root[i] * extra / load : 0.0, vn = scaled_rate(c, i, Pn, Pt, speed);
-        const double vt = scaled_rate(c, c->n + i, Pn, Pt, speed);
+        const double push = load > 0.0 ? c->root[i] * extra / load : 0.0, vn = scaled_rate(c, i, Pn, Pt, &of);
+        const double vt = scaled_rate(c, c->n + i, Pn, Pt, &of);
         worst = fmax(worst, fmax(fmax(-vn, -push), fmin(vn, push)));
         worst = fmax(worst, friction_broken(c, i, Pn[i], Pt[i], vt, load));
         if (!isfinite(Pn[i]) || !isfinite(Pt[i]))
@@ -145,10 +142,10 @@ double coulomb_miss(const struct friction_problem *c, const double *Pn, const do
 
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates)
 {
-    double load, speed, size;
-    load_and_speed(c, Pn, Pt, &load, &speed);
+    const struct sizes of = sizes_of(c, Pn, Pt);
+    double size;
     for (int row = 0; row < 2 * c->n; row++)
-        rates[row] = fabs(scaled_rate(c, row, Pn, Pt, speed)) <= CONSISTENT ? 0.0 : rate_of(c, row, Pn, Pt, &size);
+        rates[row] = fabs(scaled_rate(c, row, Pn, Pt, &of)) <= CONSISTENT ? 0.0 : rate_of(c, row, Pn, Pt, &size);
 }
 
 double loaded(const struct friction_problem *c, const double *Pn)

@@ -37,11 +37,16 @@ double coulomb_miss(const struct friction_problem *c, const double *Pn, const do
 /* Rate of a row, normals then tangents, and the size of its terms */
 double rate_of(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double *size);
 
-/* The largest impulse as it loads its contact, and the largest speed, both in units of the root of an energy */
-void load_and_speed(const struct friction_problem *c, const double *Pn, const double *Pt, double *load, double *speed);
+/* In units of the root of an energy: the largest impulse as it loads its contact, the largest speed or least impulse that it comes from, and the larger of both */
+struct sizes {
+    double load, cause, speed;
+};
+struct sizes sizes_of(const struct friction_problem *c, const double *Pn, const double *Pt);
 
-/* Rate of a row in parts of what its rounding is in parts of, where the largest speed is `speed` */
-double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double speed);
+/* Rate of a row in parts of what its rounding is in parts of: of its terms, and of the largest of all rows. Where impulses all but cancel, as those that
+ * hold a point of a light body along both its rows, these are far larger than what they come from; then no more of them counts than is rounding. */
+double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt,
+                   const struct sizes *of);
 
 /* Rates[2n] that impulses give, normals and then tangents; 0 where they are rounding. */
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates);

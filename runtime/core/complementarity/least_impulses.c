@@ -39,8 +39,8 @@ static int kinds_of(const struct friction_problem *c, int i, int known, double v
 /* Whether impulses move as the rates do: 0 where not. */
 static int same_motion(const struct friction_problem *c, const double *Pn, const double *Pt, const double *rates)
 {
-    double load, speed, size;
-    load_and_speed(c, Pn, Pt, &load, &speed);
+    const double speed = sizes_of(c, Pn, Pt).speed;
+    double size;
     for (int row = 0; row < 2 * c->n; row++)
         if (fabs(rate_of(c, row, Pn, Pt, &size) - rates[row]) > ALIKE * (size + speed * c->root[row]))
             return 0;
@@ -88,8 +88,7 @@ static int unique(const struct friction_problem *c, struct search *s)
 /* Whether no contact pulls, but for rounding: a part of `coulomb_residual` that most ways already break */
 static int none_pulls(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
-    double load, speed;
-    load_and_speed(c, Pn, Pt, &load, &speed);
+    const double load = sizes_of(c, Pn, Pt).load;
     for (int i = 0; i < c->n; i++)
         if (c->root[i] * (Pn[i] - (c->least ? c->least[i] : 0.0)) < -CONSISTENT * load)
             return 0;
@@ -147,16 +146,15 @@ int least_impulses(const struct friction_problem *c, enum known given, double *P
         .kinds = TAKE_ZEROS(c->arena, signed char, (KINDS * n)),
         .way = TAKE(c->arena, signed char, n),
     };
-    double load, speed, size;
+    double size;
     long ways = 1;
     int result = 2;
     if (c->arena->ran_out || take_bordered(c, &s.bordered))
         goto end;
-    if (known)
-        load_and_speed(c, Pn, Pt, &load, &speed);
+    const struct sizes of = known ? sizes_of(c, Pn, Pt) : (struct sizes){0.0, 0.0, 0.0};
     for (int i = 0; i < c->n; i++) {
-        const double vn = known ? scaled_rate(c, i, Pn, Pt, speed) : 0.0;
-        const double vt = known ? scaled_rate(c, c->n + i, Pn, Pt, speed) : 0.0;
+        const double vn = known ? scaled_rate(c, i, Pn, Pt, &of) : 0.0;
+        const double vt = known ? scaled_rate(c, c->n + i, Pn, Pt, &of) : 0.0;
         s.count[i] = kinds_of(c, i, known, vn, vt, s.kinds + i * KINDS);
         ways *= ways <= MOST ? s.count[i] : 1;
     }

@@ -102,11 +102,10 @@ int impulses_of(const struct friction_problem *c, const char *push, const signed
 /* The way that impulses have taken: they push where they are above their least, and friction that is not at its limit holds. */
 static void way_of(const struct friction_problem *c, const double *Pn, const double *Pt, signed char *way)
 {
-    double load, speed;
-    load_and_speed(c, Pn, Pt, &load, &speed);
+    const struct sizes of = sizes_of(c, Pn, Pt);
     for (int i = 0; i < c->n; i++) {
         const double extra = Pn[i] - (c->least ? c->least[i] : 0.0), limit = c->mu[i] * Pn[i];
-        const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, speed) <= CONSISTENT;
+        const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, &of) <= CONSISTENT;
         const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)),
                   on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
         const int kind = !c->rough[i] || c->slides[i] ? ON : !limited ? HELD_FAST : on ? ON : BACK;
@@ -117,11 +116,10 @@ static void way_of(const struct friction_problem *c, const double *Pn, const dou
 /* The rows that are at rest, also those of contacts that do not push: others may carry them, and know better what the motion is. */
 static int rows_at_rest(const struct friction_problem *c, const double *Pn, const double *Pt, int *row)
 {
-    double load, speed;
+    const struct sizes of = sizes_of(c, Pn, Pt);
     int rows = 0;
-    load_and_speed(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < 2 * c->n; i++)
-        if (c->root[i] > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, speed)) <= CONSISTENT)
+        if (c->root[i] > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, &of)) <= CONSISTENT)
             row[rows++] = i;
     return rows;
 }

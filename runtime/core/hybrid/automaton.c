@@ -6,7 +6,10 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/delassus.h"
+#include "constraints/mobility.h"
 #include "hybrid/contact_transition.h"
+#include "hybrid/immovable.h"
 #include "hybrid/jam.h"
 #include "hybrid/striking.h"
 #include "impact/impact.h"
@@ -404,10 +407,60 @@ static enum outcome try_span(const struct automaton *a, struct phase *f)
     return outcome;
 }
 
+/* What is asked of f->set[count] where a stage has failed: their rows that may hold, and of which contacts. In an impact all friction may hold, and what approaches
+ * is in it; else what slides goes on sliding, and the contact that is at fault is, or if none is known, all are. */
+static void choose_rows(const struct automaton *a, struct phase *f, int count, double *slips, char *holds, char *asked)
+{
+    const struct system *s = f->s;
+    const double *u = f->y + s->n, speed = fastest(s, u);
+    const int strikes = a->stage == STRIKE, at_fault = a->stage == SELECT ? -1 : f->run->contact;
+    if (s->friction)
+        s->model->slips(s->k, f->y, u, slips);
+    for (int i = 0; i < count; i++) {
+        const int c = f->set[i];
+        const double extent = s->extent[c];
+        holds[i] = 1;
+        if (s->friction)
+            holds[count + i] = s->friction[c] > 0.0 && (strikes || fabs(slips[c]) <= CREEP * extent / s->time);
+        asked[i] = strikes ? f->rates[c] < -ROUNDED_RATE * speed * extent : at_fault < 0 || at_fault == c;
+    }
+}
+
+/* A contact of those that the stage has failed at, of which masses hide what they can do: neither events nor steps know their impulses then; or -1 */
+static int find_hidden(const struct automaton *a, struct phase *f)
+{
+    struct system *s = f->s;
+    const int contacts = s->model->contacts;
+    const struct mark mark = s->arena->top;
+    int count = 0, hidden = -1;
+    contact_gaps(s, f->y, f->gaps);
+    contact_rates(s, f->y, f->y + s->n, f->rates);
+    for (int c = 0; c < contacts; c++)
+        if (f->gaps[c] <= gap_tolerance(f, c))
+            f->set[count++] = c;
+    if (leave_out_immovable(f, f->y, &count, f->set))
+        return -1;
+    const size_t rows = s->friction ? 2 * (size_t)count : (size_t)count;
+    double *columns = TAKE(s->arena, double, rows * s->n), *W = TAKE(s->arena, double, rows *rows);
+    double *slips = TAKE(s->arena, double, contacts);
+    char *holds = TAKE_ZEROS(s->arena, char, rows), *asked = TAKE_ZEROS(s->arena, char, count);
+    if (count && !s->arena->ran_out && !delassus(s, f->y, count, f->set, columns, W)) {
+        choose_rows(a, f, count, slips, holds, asked);
+        hidden = masses_hide(s, f->y, count, f->set, holds, asked, W);
+    }
+    give_back(s->arena, mark);
+    return hidden < 0 ? -1 : f->set[hidden];
+}
+
 /* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
 static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
 {
     int contact = -1;
+    const int hidden = find_hidden(a, f);
+    if (hidden >= 0) {
+        f->run->contact = hidden;
+        return OUTCOME_INEXACT;
+    }
     if (failed == OUTCOME_JAMMED && !(a->jammed == f->t)) {
         const enum outcome outcome = strike_without_collision(f, &contact);
         if (outcome)
@@ -490,6 +543,7 @@ static enum outcome tell_jamming(const struct automaton *a, struct phase *f, enu
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
     f->s->arena->has_run_out = 0;
+    f->run->contact = -1; /* what fails says of which contact */
     enum outcome outcome = tell_jamming(a, f, act(a, f));
     if (f->s->arena->has_run_out) /* what was decided without all arrays is not to be trusted */
         outcome = OUTCOME_NO_MEMORY;

@@ -17,6 +17,7 @@
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "constraints/impulse.h"
+#include "constraints/mobility.h"
 #include "constraints/nullspace.h"
 #include "constraints/refinement.h"
 #include "impact/law.h"
@@ -73,12 +74,16 @@ end:
     return outcome;
 }
 
+/* Whether friction holds contact i, of the impulses P[2 count]: never without friction */
+static int sticks(const struct impact_problem *k, const double *P, int i)
+{
+    return k->all > k->count && k->rate[k->count + i] == 0.0 && fabs(P[k->count + i]) < k->mu[i] * P[i];
+}
+
 /* Friction per normal impulse of a contact where that stays what it is; 0 where it sticks */
 static double friction_ratio(const struct impact_problem *k, const double *P, int i)
 {
-    const double F = P[k->count + i];
-    const int sticks = k->all == k->count || (k->rate[k->count + i] == 0.0 && fabs(F) < k->mu[i] * P[i]);
-    return sticks || !(P[i] > 0.0) ? 0.0 : F / P[i];
+    return k->all == k->count || sticks(k, P, i) || !(P[i] > 0.0) ? 0.0 : P[k->count + i] / P[i];
 }
 
 /* Correct the impulses P[2 count] where the velocities that they give, of the rates k->after, miss the rates that were solved for:
@@ -108,7 +113,7 @@ static int correct(const struct impact_problem *k, const double *before, double 
         }
     }
     if (miss > RATES_MISSED * speed)
-        rank = eliminate_dependent(m, m, A, x, order, IMPLIED_SHARE);
+        rank = eliminate_dependent(m, m, A, x, order, DEPENDENT_PIVOT);
     for (int b = 0; b < rank; b++)
         largest = fmax(largest, fabs(x[b]));
     rank = largest > CORRECTED_IMPULSE * load ? 0 : rank;
@@ -162,6 +167,40 @@ static enum outcome impulses_by_law(const struct impact_law *law, struct impact_
     multiply(all, speed, k->rate);
     multiply(2 * n, speed / w, P);
     return outcome;
+}
+
+/* Whether masses hide what bounces, of the impulses P[2 count] that the law has found: of the contacts that push by more than the law may be missed by,
+ * and of the friction that holds. What slides has friction in proportion, and is known from its normal impulse. */
+static int hidden_bounce(const struct impact_problem *k, struct system *s, const double *q, const int *set,
+                         const double *P)
+{
+    const size_t n = k->count, all = k->all;
+    const struct mark mark = k->arena->top;
+    char *holds = TAKE_ZEROS(k->arena, char, all), *bounces = TAKE_ZEROS(k->arena, char, n);
+    double load = 0.0;
+    int any = 0;
+    for (size_t i = 0; i < n; i++)
+        load = fmax(load, sqrt(fmax(k->W[i * (all + 1)], 0.0)) * P[i]);
+    for (size_t i = 0; i < n && !k->arena->ran_out; i++) {
+        holds[i] = sqrt(fmax(k->W[i * (all + 1)], 0.0)) * P[i] > CONSISTENT * load;
+        if (all > n)
+            holds[n + i] = holds[i] && sticks(k, P, (int)i);
+        any |= bounces[i] = holds[i] && k->e[i] > 0.0;
+    }
+    const int hidden = any && !k->arena->ran_out && masses_hide(s, q, k->count, set, holds, bounces, k->W) >= 0;
+    give_back(k->arena, mark);
+    return hidden;
+}
+
+/* The law's impulses, or OUTCOME_INEXACT where none can be known: where masses hide what contacts give back, and where smooth ones have none, which have them
+ * (docs/theory, section 5.2) */
+static enum outcome impulses(struct impact_problem *k, struct system *s, const double *q, const int *set,
+                             double *before, double *P)
+{
+    const enum outcome outcome = impulses_by_law(s->law, k, before, P);
+    if (!outcome && hidden_bounce(k, s, q, set, P))
+        return OUTCOME_INEXACT;
+    return outcome == OUTCOME_REPEATS && !s->friction && !s->model->drives ? OUTCOME_INEXACT : outcome;
 }
 
 /* An impact of the contacts `count`, with room for its numbers */
@@ -223,12 +262,10 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
     k.missed = s->law_missed;
-    if ((outcome = delassus(s, q, count, set, columns, k.W)) || (outcome = impulses_by_law(s->law, &k, before, P))) {
-        if (outcome == OUTCOME_REPEATS && !s->friction &&
-            !m->drives) /* smooth contacts have impulses (docs/theory, section 5.2) */
-            outcome = OUTCOME_INEXACT;
+    outcome = delassus(s, q, count, set, columns, k.W);
+    outcome = outcome ? outcome : impulses(&k, s, q, set, before, P);
+    if (outcome)
         goto end;
-    }
     if ((outcome = jump(s, q, count, set, P, du)))
         goto end;
     for (size_t i = 0; i < n; i++)
