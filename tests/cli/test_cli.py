@@ -395,7 +395,7 @@ FAULTS = {
         "nosuch.toml: No such file",
     ],
     "torque good.toml nothing --rate abc --plot x.pdf": [
-        "--rate: found 'abc', expected a finite number other than zero, in rad/s; correct it",
+        "--rate: found 'abc', expected a finite number, in rad/s; correct it",
         "JOINT: found 'nothing'",
         "--plot x.pdf: found 'x.pdf'",
     ],
