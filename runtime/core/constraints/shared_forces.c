@@ -60,14 +60,12 @@ static int take_sharing(struct system *s, struct sharing *p)
     return arena->ran_out;
 }
 
-/* Whether a carried contact touches as one does that bears in its place */
+/* Whether a carried contact touches as one does that bears in its place, however that one slides or stands */
 static int is_twin(struct system *s, const double *q, int contact)
 {
     const struct active_set *h = s->active;
-    if (s->friction && s->friction[contact] > 0.0)
-        return 0;
     for (int i = 0; i < h->count; i++)
-        if (h->mode[i] == FRICTIONLESS && twins_at(s, q, contact, h->set[i]))
+        if (twins_at(s, q, contact, h->set[i]))
             return 1;
     return 0;
 }

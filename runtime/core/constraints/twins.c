@@ -8,6 +8,8 @@
  * rates are, the one that bends up less is the smaller all around; where the corner comes to lie before the end, they change places.
  *
  * With w the difference of the rows, and d that of the second derivatives along a coordinate, rows are one where it is w / d away.
+ *
+ * Rough ones rub alike: they have one coefficient, and their tangential rows are one too.
  */
 #include "constraints/twins.h"
 
@@ -65,11 +67,37 @@ static int part(const struct system *s, const struct comparison *c)
     return fabs(c->d) > BENDS_OTHERWISE * fmax(s->length, c->bends);
 }
 
+/* Whether what rubs at one does so at the other: smooth ones do */
+static int rub_alike(struct system *s, const double *q, int a, int b)
+{
+    if (!s->friction || (s->friction[a] == 0.0 && s->friction[b] == 0.0))
+        return 1;
+    const struct mark mark = s->arena->top;
+    double *push = TAKE_ZEROS(s->arena, double, s->model->contacts);
+    double *one = TAKE(s->arena, double, s->n), *other = TAKE(s->arena, double, s->n);
+    double whole = 0.0, apart = 0.0;
+    const int comparable = !s->arena->ran_out && s->friction[a] == s->friction[b];
+    if (comparable) {
+        push[a] = 1.0;
+        s->model->slip_impulse(s->k, q, push, one);
+        push[a] = 0.0;
+        push[b] = 1.0;
+        s->model->slip_impulse(s->k, q, push, other);
+    }
+    for (int i = 0; i < s->n && comparable; i++) {
+        const double size = one[i] * s->unit[i], w = (one[i] - other[i]) * s->unit[i];
+        whole += size * size;
+        apart += w * w;
+    }
+    give_back(s->arena, mark);
+    return comparable && apart <= IMPLIED_SHARE * whole;
+}
+
 int twins_at(struct system *s, const double *q, int a, int b)
 {
     struct comparison c;
     const enum outcome outcome = compare(s, q, a, b, &c);
-    if (outcome || c.apart > IMPLIED_SHARE * c.whole || !part(s, &c))
+    if (outcome || c.apart > IMPLIED_SHARE * c.whole || !part(s, &c) || !rub_alike(s, q, a, b))
         return 0;
     return c.d > 0.0 ? 1 : -1;
 }

@@ -4,7 +4,7 @@
 
 #include "model/system.h"
 
-/* Whether contacts a and b, which are closed at q, have the same row and part as something moves: 1 where the gap of a is the larger beside this place, so that
+/* Whether contacts a and b, which are closed at q, have the same row, rub alike, and part as something moves: 1 where the gap of a is the larger beside this place, so that
  * b bears, -1 where it is that of b, 0 where they are no twins, or memory has run out */
 int twins_at(struct system *s, const double *q, int a, int b);
 

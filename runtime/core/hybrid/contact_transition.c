@@ -197,12 +197,19 @@ static enum outcome leave_out_immovable(struct phase *f, struct decision *d)
     return outcome;
 }
 
-/* Whether smooth candidate i is a twin of j: 1 where j bears, -1 where i does, 0 where they are none. W tells most that are not. */
+/* Whether row i of W is row j, as far as its entries tell */
+static int is_one_row(const struct decision *d, int i, int j)
+{
+    const double ii = d->W[i * (d->all + 1)], jj = d->W[j * (d->all + 1)], ij = d->W[i * d->all + j];
+    return ii + jj - 2.0 * ij <= IMPLIED_SHARE * ii;
+}
+
+/* Whether candidate i is a twin of j: 1 where j bears, -1 where i does, 0 where they are none. W tells most that are not. Of rough ones that slide
+ * both know the direction, or none does. */
 static int twins(const struct phase *f, const struct decision *d, int i, int j)
 {
-    const int a = d->contact[i], b = d->contact[j];
-    const double ii = d->W[i * (d->all + 1)], jj = d->W[j * (d->all + 1)], ij = d->W[i * d->all + j];
-    if (ii + jj - 2.0 * ij > IMPLIED_SHARE * ii || (d->mu && (d->mu[a] > 0.0 || d->mu[b] > 0.0)))
+    const int a = d->contact[i], b = d->contact[j], rough = d->all > d->count && (d->mu[a] > 0.0 || d->mu[b] > 0.0);
+    if (!is_one_row(d, i, j) || (rough && d->mode[i] != d->mode[j]))
         return 0;
     return twins_at(f->s, f->y, a, b);
 }

@@ -1,6 +1,7 @@
 /* Impacts: which contacts strike, with how much of their restitution, and what they take; see striking.h. */
 #include "hybrid/striking.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -101,6 +102,54 @@ static enum outcome gather_striking(struct phase *f, int trigger, int last, stru
     return outcome;
 }
 
+/* What the gap of a contact is known to (m): half the last digits of the coordinates. row[n], push[contacts] are scratch, push being zeros. */
+static double digits_of(const struct phase *f, int contact, double *row, double *push)
+{
+    const struct system *s = f->s;
+    double sum = 0.0;
+    push[contact] = lever_of(s, contact);
+    s->model->contact_impulse(s->k, f->y, push, row);
+    push[contact] = 0.0;
+    for (int i = 0; i < s->n; i++)
+        sum += fabs(row[i] * f->y[i]);
+    return 0.5 * DBL_EPSILON * sum;
+}
+
+/* Whether nothing approaches that places could show. As its gap accelerates in the present motion, it has fallen from no height, and would go no further, than
+ * the gap is known to: so do bounces lower than the last digits, and gaps that close without speed, as that of an edge when a wheel comes to it along
+ * another. Bounces do not get lower either where they lose less of their height than that: what falls further by rounding comes back as fast. */
+static enum outcome approaches_unseen(struct phase *f, const struct blow *b, int *unseen)
+{
+    struct system *s = f->s;
+    const size_t contacts = s->model->contacts;
+    const struct mark mark = s->arena->top;
+    double *row = TAKE(s->arena, double, s->n), *push = TAKE_ZEROS(s->arena, double, contacts);
+    double *rates = TAKE(s->arena, double, contacts), *bias = TAKE(s->arena, double, contacts);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    *unseen = 1;
+    for (int i = 0; i < b->count && *unseen; i++)
+        *unseen = f->rates[f->set[i]] >= -SEEN * s->extent[f->set[i]] / s->time;
+    if (outcome || !*unseen)
+        goto end;
+    outcome = evaluate_derivative(f);
+    if (outcome) { /* as where friction jams: then it is not known */
+        *unseen = 0;
+        outcome = outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_DONE;
+        goto end;
+    }
+    contact_rates(s, f->y, f->dy + s->n, rates);
+    contact_bias(s, f->y, f->y + s->n, bias);
+    for (int i = 0; i < b->count && *unseen; i++) {
+        const int c = f->set[i];
+        const double speed = fmin(f->rates[c], 0.0), e = s->restitution[c], a = rates[c] + bias[c];
+        const double lost = a < 0.0 && e < 1.0 ? 1.0 - e * e : 1.0;
+        *unseen = lost * speed * speed <= 2.0 * fabs(a) * digits_of(f, c, row, push);
+    }
+end:
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
 {
     struct run *run = f->run;
@@ -116,6 +165,11 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             run->contact = f->set[0];
             return OUTCOME_REPEATS;
         }
+        int unseen = 0;
+        if (!repeat && (outcome = approaches_unseen(f, b, &unseen)))
+            return outcome;
+        for (int i = 0; i < b->count && unseen; i++)
+            b->e[i] = 0.0;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;
         double share;
