@@ -44,13 +44,15 @@ static int guarded(const struct phase *f)
     return f->s->model->rows && (f->s->model->contacts || f->at.passage != FREE);
 }
 
-/* J: what the forces of held contacts would work along the mechanism's length, to whose rounding a place is known: what lies still where heights are
- * counted from has no other energy to be measured by. And what those of smooth ones would work in the step if they pushed along the motion. They do not, but
- * for their rounding: what lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. */
-static double pressed(const struct phase *f)
+/* J: what the forces of held contacts, as the step begins, would work along the mechanism's length, to whose rounding a place is known: what lies still where
+ * heights are counted from has no other energy to be measured by. And what those of smooth ones would work in the step if they pushed along the motion. They do
+ * not, but for their rounding: what lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. */
+static double pressed(struct phase *f)
 {
     const struct system *s = f->s;
     double force = 0.0, smooth = 0.0;
+    if (!active_count(s) || evaluate_derivative(f)) /* until then impulses of the last projection stand where forces are */
+        return 0.0;
     for (int i = 0; i < active_count(s); i++) {
         force += fabs(s->active->force[i]);
         smooth += s->active->mode[i] == FRICTIONLESS ? fabs(s->active->force[i]) : 0.0;
@@ -65,9 +67,11 @@ double energy_residual(struct phase *f)
     if (!guarded(f) || f->run->fixed_step > 0.0)
         return 0.0;
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
-    const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves + pressed(f));
     const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
-    const double may = (KEPT * part * f->run->tolerance.rtol + 2.0 * missed_velocity(f)) * moves + rounding;
+    const double known = (KEPT * part * f->run->tolerance.rtol + 2.0 * missed_velocity(f)) * moves;
+    double may = known + ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
+    if (fabs(gain) > OFTEN * may)
+        may += ENERGY_ROUNDING * pressed(f);
     double missed = fabs(gain) / may;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
