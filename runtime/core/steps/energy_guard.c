@@ -51,7 +51,8 @@ static double pressed(struct phase *f)
 {
     const struct system *s = f->s;
     double force = 0.0, smooth = 0.0;
-    if (!active_count(s) || evaluate_derivative(f)) /* until then impulses of the last projection stand where forces are */
+    if (!active_count(s) ||
+        evaluate_derivative(f)) /* until then impulses of the last projection stand where forces are */
         return 0.0;
     for (int i = 0; i < active_count(s); i++) {
         force += fabs(s->active->force[i]);
