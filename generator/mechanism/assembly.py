@@ -146,19 +146,20 @@ def _follow(layout: Layout, sketch: Real, free: NDArray[np.int_]) -> Real:
     if closed:
         far = [_distance(x, sketch, weights[free], free) for x in closed]
         return next(x for x, way in zip(closed, far, strict=True) if way <= (1.0 + _AS_NEAR) * min(far))
-    return _returned(layout, sketch, best, weights, free)
+    return _returned(layout, sketch, _without_turns(layout, sketch, best, free), weights, free)
 
 
 def _without_turns(layout: Layout, sketch: Real, x: Real, free: NDArray[np.int_]) -> Real:
-    """``x`` with each angle turned back by whole turns to the nearest to the ``sketch``, unless that opens a loop, as
-    one in which angles of joints are held."""
+    """``x`` with each angle turned back by whole turns to the nearest to the ``sketch``, unless that opens a loop
+    further, as one in which angles of joints are held."""
     turns = np.zeros(len(x))
     angles = slice(0, len(x) - len(layout.lines))
     turns[angles] = 2.0 * np.pi * np.round((x - sketch)[angles] / (2.0 * np.pi))
     if not turns.any():
         return x
     back = _polish(layout, x - turns, free)
-    return back if _closed(layout, back, CLOSED * layout.reach) else x
+    may_miss = (1.0 + _AS_NEAR) * np.maximum(_misses(layout, x), CLOSED * layout.reach)
+    return back if np.all(_misses(layout, back) <= may_miss) else x
 
 
 def _nearer(layout: Layout, best: Real, found: Real) -> Real:

@@ -2,18 +2,19 @@
 
 A link of which two or more points are known, drawn or held by the ground, gets the angle that fits them best in the
 sense of least squares, and keeps its lengths. Once a link's angle and one point are known, its joints are known for its
-neighbours. Links that nothing is said about follow the others when the loops are closed.
+neighbours. Other links follow when the loops are closed, from where points that are drawn on them come to their places.
 """
 
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..mechanism.joints import Joint, PointRef
+from ..mechanism.layout import Layout
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.totals import total
@@ -132,6 +133,28 @@ def drawn_lengths(
         along = np.exp(1j * (turns[first] + (joint.axis.value if joint.axis else 0.0)))
         found.append(float(((ends[1] - ends[0]) * along.conjugate()).real))
     return found
+
+
+def pinned_as_drawn(layout: Layout, mechanism: Mechanism, drawn: Sequence[Anchor], loose: Collection[int]) -> Layout:
+    """The layout with the points ``drawn`` on links ``loose``, whose angles nothing says, pinned to where they are
+    drawn; of what floats to where they are beside the first point that is drawn at all."""
+    told = [anchor for anchor in drawn if anchor.link in loose]
+    rows, bases, ends = [], [], []
+    for anchor in (*drawn[:1], *told):
+        local, there = anchor.where(mechanism)
+        row = layout.arms[anchor.link].copy()
+        row[anchor.link] += local
+        rows.append(row)
+        bases.append(layout.base[anchor.link] - there)
+        ends.append(abs(local))
+    away = (rows[0], bases[0]) if told and layout.floating else (0.0, 0.0)
+    return replace(
+        layout,
+        gaps=(*layout.gaps, *(-1 for _ in told)),
+        gap_base=np.append(layout.gap_base, np.array([base - away[1] for base in bases[1:]], dtype=complex)),
+        gap_arms=np.vstack([layout.gap_arms, *(row - away[0] for row in rows[1:])]),
+        ends=(*layout.ends, *ends[1:]),
+    )
 
 
 def offset(mechanism: Mechanism, poses: Sequence[Sequence[float]], drawn: Sequence[Anchor]) -> complex:

@@ -17,7 +17,7 @@ from ..mechanism.layout import Held, Layout, Length, Real, lay_out
 from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies
-from .drawn import anchors, carried, drawn_lengths, offset, spread
+from .drawn import anchors, carried, drawn_lengths, offset, pinned_as_drawn, spread
 from .driven import drive_layout, held_as_given, mesh_speeds, moved_from_given, with_given
 from .errors import Path, Report
 from .scene import Given, Kept, Sketch, Start
@@ -108,7 +108,7 @@ def begin(
     loose = [*sketch.loose, *(count + k for k, slide in enumerate(slides) if slide is None)]
     drawn, exact = wanted, held_as_given(layout, bodies.mechanism, [effect for _, effect in drives], sketch)
     try:
-        wanted, found, still = _closed(driven, drawn, loose, exact)
+        wanted, found, still = _closed(driven, drawn, loose, exact, sketch, bodies.mechanism)
     except CannotClose as error:
         if any(effect.begins()[0] is not None for _, effect in drives) and _closes(layout, wanted):
             _report_drives(drives, f"found positions that miss by {error.miss:.3g} {error.unit} together", report)
@@ -155,7 +155,12 @@ def begin(
 
 
 def _closed(
-    layout: Layout, drawn: Real, loose: Sequence[int], exact: Mapping[int, Held | Length]
+    layout: Layout,
+    drawn: Real,
+    loose: Sequence[int],
+    exact: Mapping[int, Held | Length],
+    sketch: Sketch,
+    mechanism: Mechanism,
 ) -> tuple[Real, Real, dict[int, Held | Length]]:
     """The sketch and the closed configuration nearest to it, with driven joints as ``exact`` has them, by the number of
     the drive: all of these if the loops close so, else as many as they do with, in their order; and which.
@@ -165,7 +170,9 @@ def _closed(
 
     def close(still: Mapping[int, Held | Length]) -> tuple[Real, Real]:
         held = with_given(layout, still.values())
-        wanted = follow(held, drawn, loose) if loose and held.groups else drawn
+        pinned = pinned_as_drawn(held, mechanism, sketch.drawn, sketch.loose)
+        near = follow(pinned, drawn, loose) if len(pinned.gaps) > len(held.gaps) else drawn
+        wanted = follow(held, near, loose) if loose and held.groups else near
         return wanted, nearest(held, wanted)
 
     wanted, found = close({})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ def circles(first: complex, r: float, second: complex, s: float) -> tuple[comple
     return first + unit * complex(along, across), first + unit * complex(along, -across)
 
 
-def five_bar(start: Mapping[str, Any]) -> Scene:
+def five_bar(start: Mapping[str, Any], drives: Sequence[Mapping[str, Any]] = ()) -> Scene:
     """Two cranks on the ground, joined by two bars that meet at ``tip``."""
     tables = {
         "ground_link": {"points": {"O": [0.0, 0.0], "Q": [1.0, 0.0]}},
@@ -42,7 +42,7 @@ def five_bar(start: Mapping[str, Any]) -> Scene:
             {"name": "d", "between": ["ground.Q", "right.A"]},
         ],
         "start": dict(start),
-    }
+    } | ({"drive": list(drives)} if drives else {})
     return read_tables(tables, "five-bar", "five-bar")
 
 
@@ -165,6 +165,26 @@ def test_a_five_bar_goes_where_its_tip_is_drawn() -> None:
         bare = five_bar({"joints": {"b": joints["b"], "c": joints["c"]}})
         assert abs(at(bare, "b") - b) < 1e-14 and abs(at(bare, "c") - c) < 1e-14
         assert min(abs(at(bare, "tip") - meet) for meet in circles(b, 0.8, c, 0.8)) < 1e-14
+
+
+def test_a_tip_alone_says_which_way_a_driven_five_bar_bends() -> None:
+    """The cranks are where drives have them, and of the bars nothing is said but where they meet: exactly, or to a
+    fifth of their length, which no angle follows from; without whole turns."""
+    b, c = 0.5 * np.exp(2j), 1.0 + 0.5 * np.exp(0.9j)
+    drives = [{"joint": "a", "angle": 2.0}, {"joint": "d", "angle": 0.9}]
+    for tip in circles(b, 0.8, c, 0.8):
+        for away in (0.0, 0.16, -0.16, 0.16j, -0.16j):
+            drawn = tip + away
+            scene = five_bar({"joints": {"tip": [drawn.real, drawn.imag]}}, drives)
+            assert closed(scene) and abs(at(scene, "tip") - tip) < 1e-9
+            assert all(abs(angle) <= math.pi for _, _, angle in scene.start.poses)
+
+
+def test_a_tip_alone_brings_a_free_five_bar_there() -> None:
+    """Wherever both cranks reach; the loop closes with it."""
+    for drawn in (0.5 + 0.9j, 0.2 - 0.7j, 0.8 + 0.3j):
+        scene = five_bar({"joints": {"tip": [drawn.real, drawn.imag]}})
+        assert closed(scene) and abs(at(scene, "tip") - drawn) < 1e-9
 
 
 def test_a_pose_tells_its_neighbours() -> None:
