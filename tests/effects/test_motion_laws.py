@@ -158,7 +158,8 @@ def test_a_driven_slider_keeps_within_its_rows(case: tuple[str, str], workshop: 
     x = np.array([run.at(s)[0][0] for s in t])
     assert x == pytest.approx(place(law)(t), abs=1e-7 if law == "modified-trapezoidal" else 1e-10)
     assert x.min() >= -1e-10 and x.max() <= 0.06 + 1e-10
-    assert run.energy_drift <= 1e-9
+    moves = float(np.max(run.model.energy(run.q, run.u)[0]))
+    assert run.energy_drift <= 10.0 * 1e-10 * moves  # ten times rtol
 
 
 def test_pieces_are_as_cams_have_them(workshop: Workshop) -> None:

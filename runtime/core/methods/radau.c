@@ -36,7 +36,6 @@ struct radau {
     double *miss;                /* [n][STAGES] */
     double *q, *u, *out, *time;  /* [n][lanes], [lanes] */
     double *by_q, *by_u;         /* [n][n] derivatives of the accelerations */
-    double *scale;               /* [n] of a change of acceleration, in tolerances */
     double *estimate;            /* [size] */
     double *start, *ends;        /* [size], [size][STAGES]: state at the start and at the stages, for interpolation */
     double *one;                 /* [2 n] */
@@ -67,7 +66,6 @@ static size_t lay_out(struct radau *r, const struct system *s, double *at)
                  {&r->time, lanes},
                  {&r->by_q, n * n},
                  {&r->by_u, n * n},
-                 {&r->scale, n},
                  {&r->estimate, size},
                  {&r->start, size},
                  {&r->ends, size * STAGES},
@@ -222,8 +220,8 @@ static enum outcome miss(struct radau *r, struct system *s, double t, double h, 
     return OUTCOME_DONE;
 }
 
-/* One Newton correction of f; returns its size in tolerances. */
-static double correct(struct radau *r)
+/* One Newton correction of f; it is left in `miss`. */
+static void correct(struct radau *r)
 {
     const int n = r->n;
     for (int mode = 0; mode < 2; mode++) {
@@ -239,13 +237,33 @@ static double correct(struct radau *r)
             if (!mode)
                 r->one[i] = creal(r->x[i]);
     }
-    double sum = 0.0;
     for (int i = 0; i < n; i++) {
         const double part[STAGES] = {r->one[i], creal(r->x[i]), -cimag(r->x[i])};
         for (int j = 0; j < STAGES; j++) {
             const double by = MODES[j][0] * part[0] + MODES[j][1] * part[1] + MODES[j][2] * part[2];
             r->f[i * STAGES + j] += by;
-            sum += (by * r->scale[i]) * (by * r->scale[i]);
+            r->miss[i * STAGES + j] = by;
+        }
+    }
+}
+
+/* Size of the last correction in tolerances, or in what rounding makes of the motion where that is more: of the speed, and of the largest acceleration
+ * of all stages, as from rest there is none at the start. */
+static double size_of_correction(const struct radau *r, const struct system *s, double h, struct tolerance tolerance,
+                                 const double *y)
+{
+    const int n = r->n;
+    double moves = 0.0, sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        moves = fmax(moves, fabs(y[n + i]) / s->unit[i]);
+        for (int j = 0; j < STAGES; j++)
+            moves = fmax(moves, h * fabs(r->f[i * STAGES + j]) / s->unit[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        const double known = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), UNIT * moves * s->unit[i]);
+        for (int j = 0; j < STAGES; j++) {
+            const double part = h * r->miss[i * STAGES + j] / fmax(known, DBL_MIN);
+            sum += part * part;
         }
     }
     return sqrt(sum / (STAGES * n));
@@ -255,22 +273,15 @@ static double correct(struct radau *r)
 static enum outcome converge(struct radau *r, struct system *s, double t, double h, struct tolerance tolerance,
                              const double *y, int *converged)
 {
-    const int strict = tolerance.rtol == 0.0, n = r->n;
-    double speed = 0.0, force = 0.0, before = INFINITY;
-    for (int i = 0; i < n; i++) {
-        speed = fmax(speed, fabs(y[n + i]) / s->unit[i]);
-        force = fmax(force, fabs(r->f[i * STAGES]) / s->unit[i]);
-    }
-    for (int i = 0; i < n; i++) {
-        const double scale = allowed_error(tolerance, n + i, fabs(y[n + i]));
-        r->scale[i] = h / fmax(fmax(scale, UNIT * (speed + h * force) * s->unit[i]), DBL_MIN);
-    }
+    const int strict = tolerance.rtol == 0.0;
+    double before = INFINITY;
     *converged = 0;
     for (int k = 1; k <= (strict ? ITERATIONS_TO_ROUNDING : ITERATIONS); k++) {
         const enum outcome outcome = miss(r, s, t, h, y);
         if (outcome)
             return outcome;
-        const double now = correct(r), rate = now / before, bound = fmax(rate, DOUBT);
+        correct(r);
+        const double now = size_of_correction(r, s, h, tolerance, y), rate = now / before, bound = fmax(rate, DOUBT);
         before = now;
         if (!isfinite(now))
             return OUTCOME_NOT_FINITE;
