@@ -8,6 +8,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
@@ -104,11 +105,19 @@ class Expression(OfTime):
         import sympy as sp
 
         time = sp.Symbol("t")
-        value = sp.diff(self.plain(), time, order).subs(time, sp.Float(t, 30)).evalf(17)
+        value = _derived(self.text, order).subs(time, sp.Float(t, 30)).evalf(17)
         return float(value) if value.is_real and value.is_finite else math.nan
 
     def _tree(self) -> ast.expr:
         return ast.parse(self.text, mode="eval").body
+
+
+@lru_cache(maxsize=64)
+def _derived(text: str, order: int) -> Expr:
+    """The derivative of an expression, by one order after the other: SymPy would simplify between several at once."""
+    import sympy as sp
+
+    return sp.diff(_derived(text, order - 1), sp.Symbol("t")) if order else Expression(text).plain()
 
 
 def parse(text: str, names: Names = NO_NAMES) -> Expression | float:

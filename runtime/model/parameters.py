@@ -38,6 +38,12 @@ class Parameters(MutableMapping[str, float]):
         self._known(name)
         return self._values[name]
 
+    def __contains__(self, name: object) -> bool:  # that of a mapping looks for near names first
+        return name in self._values
+
+    def get(self, name: str, default: Any = None) -> Any:  # that too
+        return self._values.get(name, default)
+
     def __setitem__(self, name: str, value: float) -> None:
         self.update({name: value})
 

@@ -219,8 +219,8 @@ def values_of(run: Record, names: Sequence[str], t: ArrayLike | None = None) -> 
     Raises ``ValueError`` with all names that are none, and what is near them, and for times outside of the run.
     """
     names, known = read_names(names, "names", "outputs"), outputs_of(run.model)
-    if wrong := unknown(run.model, names):
-        raise ValueError("; ".join(f"output: {one}" for one in wrong))
+    if not known.keys() >= set(names):
+        raise ValueError("; ".join(f"output: {one}" for one in unknown(run.model, names)))
     sample = Sample(run, None if t is None else read_row_of_times(t, run.t.dtype))
     found = {name: np.asarray(known[name].of(sample)) for name in names}
     return found if t is None or np.ndim(t) else {name: value[0] for name, value in found.items()}
@@ -276,8 +276,9 @@ def _every(model: Any) -> Iterator[Output]:
     for link in model.links[: len(model.outlines)]:
         if (point := f"{link}.{NAME}") not in (*model.points, *welded) and mass_centre(model, link):
             yield from _of_point(point, "mass centre")
+    turns = model.joint_angles(np.zeros(len(model.q_names)))
     for joint in joints:
-        yield from _of_joint(model, joint)
+        yield from _of_joint(model, joint, joint in turns)
     for number, (point, ground) in enumerate(model.contacts):
         rubs = ground not in model.stops | model.slide_ends
         yield from _of_contact(f"{ground}.{point}", number, ground in model.stops, rubs)
@@ -303,12 +304,11 @@ def _of_point(point: str, kind: str) -> Iterator[Output]:
     yield Output(f"{point}.speed", kind, "m/s", lambda sample: np.hypot(*sample.velocity(point).T))
 
 
-def _of_joint(model: Any, joint: str) -> Iterator[Output]:
-    q = np.zeros(len(model.q_names))
+def _of_joint(model: Any, joint: str, turns: bool) -> Iterator[Output]:
     if slides(model, joint):
         for name, unit, part in (("slide", "m", 0), ("slide_rate", "m/s", 1)):
             yield Output(f"{joint}.{name}", "joint", unit, partial(_slide, joint=joint, part=part))
-    if joint in model.joint_angles(q):
+    if turns:
         for name, unit, what in (
             ("angle", "rad", "poses"),
             ("angular_velocity", "rad/s", "velocities"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import re
 from pathlib import Path
 from typing import Any
 
@@ -222,6 +223,15 @@ def told(model: Any) -> list[str]:
     return [path for path in known if ".normal." not in path]  # it has the length 1 in a file
 
 
+def some_of_each_kind(paths: list[str]) -> list[str]:
+    """Of parameters whose names differ in numbers alone, as of the links of a chain, the first, the middle and the
+    last."""
+    kinds: dict[str, list[str]] = {}
+    for path in paths:
+        kinds.setdefault(re.sub(r"\d+", "#", path), []).append(path)
+    return [path for kind in kinds.values() for path in sorted({kind[0], kind[len(kind) // 2], kind[-1]})]
+
+
 def poses(model: Any, state: Any) -> Any:
     return np.hstack([model.poses(state[0]), model.velocities(*state)])
 
@@ -235,7 +245,7 @@ def survey(
             value = model.parameters[path] * factor or factor - 1.0
             try:
                 start = with_values(scene, {path: value}).start
-            except SceneError:
+            except (SceneError, ValueError):
                 continue  # no file has that number
             changed = model.with_parameters({path: value})
             state = changed.start()
@@ -334,4 +344,5 @@ def test_shipped_scenes_begin_as_their_files_with_every_number(file: str, worksh
     if "strandbeest" in file:
         # each start is assembled of fifty links; the least change is one to the root of rounding
         paths, within = paths[:: max(1, len(paths) // 12)], 1e-4
+    paths = some_of_each_kind(paths)
     survey(model, scene, paths, (1.03, 1.0 + 1e-7), drawn=Path(file).stem in DRAWN, within=within)

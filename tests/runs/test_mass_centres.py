@@ -126,3 +126,14 @@ def test_the_command_draws_and_writes_them(tmp_path: Path) -> None:
     assert ccgen("plot", "r", "beam.com.ay", at=tmp_path).returncode == 0
     shown = ccgen("show", "t.toml", "--outputs", at=tmp_path)
     assert "beam.com: x [m], y [m]" in shown.stdout
+
+
+def test_asking_for_outputs_looks_for_no_names_that_may_be_meant(
+    workshop: Workshop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That takes a hundred times as long as a mapping's answer, for each number that a link does not have."""
+    model = workshop.model(THROWN)
+    run = simulate(model, until=0.01)
+    monkeypatch.setattr(type(model.parameters), "_near", lambda *_: pytest.fail("looked for names near one"))
+    assert "hull.com.z" not in model.parameters and model.parameters.get("hull.com.z") is None
+    assert run["hull.com.x"].shape == run.t.shape
