@@ -18,17 +18,22 @@ HATCHES = {"facecolor": "none", "edgecolor": SOFT, "hatch": "////"}
 
 def mark_impacts(axes: Any, run: Record) -> None:
     """Impacts as lines, contact as shade, time stepping as hatches, however short."""
+    across = axes.get_xaxis_transform()  # times, and parts of the height
+    contacts = [
+        (phase.start, phase.end - phase.start) for phase in run.phases if phase.kind == "contact" and _seen(run, phase)
+    ]
+    axes.broken_barh(contacts, (0.0, 1.0), transform=across, zorder=0.2, **SHADE)  # one by one they take seconds
     for phase in run.phases:
-        if phase.kind == "contact" and _seen(run, phase):
-            axes.axvspan(phase.start, phase.end, **SHADE, zorder=0.2)
-        elif phase.kind == "steps":
+        if phase.kind == "steps":
             axes.axvspan(phase.start, phase.end, **HATCHES, zorder=0.3)
     times = sorted({impact.t for _, impact in shown_impacts(run)})
+    ends = [t for t in times if t in (run.t[0], run.t[-1])]  # the axes' own edge would cover those, and half be cut off
+    inner = [t for t in times if t not in ends]
     strength = 0.7 if len(times) <= 40 else 0.25
-    for t in times:
-        at_end = t in (run.t[0], run.t[-1])  # where the axes' own edge would cover it, and half of it be cut off
-        place: dict[str, Any] = {"zorder": 3, "clip_on": False} if at_end else {"zorder": 0.5}
-        axes.axvline(t, color=FLASH, linewidth=0.8, alpha=strength, linestyle=DASHES, **place)
+    look: dict[str, Any] = {"linewidth": 0.8, "alpha": strength, "color": FLASH}
+    axes.vlines(inner, 0.0, 1.0, transform=across, zorder=0.5, linestyles=DASHES, **look)
+    for t in ends:
+        axes.axvline(t, zorder=3, clip_on=False, linestyle=DASHES, **look)
 
 
 def name_marks(figure: Any, run: Record) -> None:

@@ -260,7 +260,9 @@ def survey(
                 assert run.q[0] == pytest.approx(state[0], rel=1e-15, abs=1e-15), (path, factor)
                 assert run.u[0] == pytest.approx(state[1], rel=1e-14, abs=1e-14), (path, factor)
             else:  # joints that let go have coordinates in runs
-                assert poses(run.model, (run.q[0], run.u[0])) == pytest.approx(poses(changed, state), rel=1e-14, abs=1e-14)
+                assert poses(run.model, (run.q[0], run.u[0])) == pytest.approx(
+                    poses(changed, state), rel=1e-14, abs=1e-14
+                )
             assert np.array_equal(run.q[-1], simulate(changed, until=1e-9).q[-1])
             assert again.q[-1] == pytest.approx(run.q[-1], rel=1e-14, abs=1e-14)
             seen = [f"{link}.{of}" for link in model.links[:3] for of in ("angle", "angular_velocity")]

@@ -216,7 +216,7 @@ def test_figure_is_drawn_at_its_size(run: Run, tmp_path: Path) -> None:
 
 
 def test_figure_shows_the_curves_and_the_impacts(run: Run) -> None:
-    pytest.importorskip("matplotlib")
+    collections = pytest.importorskip("matplotlib.collections")
     poses, below = draw(run).subfigs
     assert len(poses.axes) == 6
     energy, heights, closure = below.axes
@@ -224,7 +224,10 @@ def test_figure_shows_the_curves_and_the_impacts(run: Run) -> None:
     assert kinetic[:, 1] + potential[:, 1] == pytest.approx(total[:, 1])
     assert total[0, 1] - total[-1, 1] == pytest.approx(sum(impact.energy_loss for impact in run.impacts), rel=1e-9)
     for axes in below.axes:
-        upright = [line.get_xdata()[0] for line in axes.lines if len(set(line.get_xdata())) == 1]
+        lines = [one for one in axes.collections if isinstance(one, collections.LineCollection)]
+        marks = [line for some in lines for line in some.get_segments()]
+        assert all(np.array_equal(line[:, 1], [0.0, 1.0]) for line in marks)  # of the height
+        upright = [line[0, 0] for line in marks if line[0, 0] == line[1, 0]]
         assert upright == [impact.t for impact in run.impacts]
     lowest = heights.lines[0].get_xydata()
     falling = lowest[lowest[:, 0] < run.impacts[0].t]
