@@ -97,9 +97,11 @@ def test_names_that_every_table_has(workshop: Workshop) -> None:
         ensemble(model, observe=["t"])
     with pytest.raises(ValueError, match="observe: found 'status', which is a column of every table"):
         ensemble(model, reduction=Reduction(SIGNATURE(lambda *_: 0), 1, "status"))
-    with pytest.raises(ValueError, match="found 'link_0.com.x', which is the column of the parameter, .* name a point"):
+    with pytest.raises(
+        ValueError, match=r"found 'link_0.com.x', which is the column of the parameter, .* name a point"
+    ):
         ensemble(model, {"link_0.com.x": [0.1, 0.2]}, observe=["link_0.com.x"])
-    with pytest.raises(ValueError, match="observe: found 'link_0.angle', which is there already"):
+    with pytest.raises(ValueError, match=r"observe: found 'link_0.angle', which is there already"):
         ensemble(model, observe=["link_0.angle"], reduction=Reduction(SIGNATURE(lambda *_: 0), 1, "link_0.angle"))
 
 
