@@ -147,12 +147,11 @@ def _check_others(reduce: object, threads: object) -> None:
 
 def _check_names(model: Model, names: Sequence[str], params: object, reduction: Reduction | None) -> None:
     """Raise ``ValueError`` where two columns would have one name, and for a function that cannot read the rows."""
-    taken = dict.fromkeys(params if isinstance(params, Mapping) else (), "the column of the parameter")
+    taken = dict.fromkeys(params if isinstance(params, Mapping) else (), "the column of that parameter")
     taken |= {name: "a column of every table" for name in TOLD if name != "impacts"}
     for name in [*names, *([reduction.name] if reduction else ())]:
         if name in taken:
-            point = "; of a mass centre that is a parameter name a point there" if ".com." in name else ""
-            raise ValueError(f"observe: found {name!r}, which is {taken[name]}, expected another name{point}")
+            raise ValueError(f"observe: found {name!r}, which is {taken[name]}, expected another name")
         taken[name] = "there already"
     if reduction is not None:
         reduction.address  # noqa: B018

@@ -53,13 +53,14 @@ def ball(restitution: float, law: str) -> str:
 @pytest.mark.parametrize("speed", all_hard_but(1e-3, 2.0, of=[1e-3, 1e-2, 0.1, 1.0, 2.0, 3.0]))
 @pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
 def test_a_ball_rolls_over_seams(law: str, speed: float, method: str, workshop: Workshop) -> None:
-    """Upon one edge after another, as fast as it began: none strikes, but for what a step has missed beside a seam."""
+    """Upon one edge after another, as fast as it began: each is stopped at once, and once more at most where a step has
+    missed it beside the seam, and takes nothing."""
     model = workshop.model(ball(0.5, law))
     for rtol in (1e-9, 1e-11):
         run = simulate(model, u0=[speed, 0.0, -4.0 * speed], until=4.0 / speed, method=method, rtol=rtol)
         assert run.success, run.message
-        assert len(run.impacts) <= 4
-        assert sum(impact.energy_loss for impact in run.impacts) <= 1e-15
+        assert len(run.impacts) <= 2 * 4
+        assert sum(impact.energy_loss for impact in run.impacts) <= 1e-14
         assert all(phase.kind != "steps" for phase in run.phases)
         assert run.q[-1] == pytest.approx([3.5, 0.3, -16.0], abs=1e-7)
         assert run.u[-1] == pytest.approx([speed, 0.0, -4.0 * speed], abs=1e-7 * speed)

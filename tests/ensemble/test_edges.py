@@ -98,7 +98,7 @@ def test_names_that_every_table_has(workshop: Workshop) -> None:
     with pytest.raises(ValueError, match="observe: found 'status', which is a column of every table"):
         ensemble(model, reduction=Reduction(SIGNATURE(lambda *_: 0), 1, "status"))
     with pytest.raises(
-        ValueError, match=r"found 'link_0.com.x', which is the column of the parameter, .* name a point"
+        ValueError, match=r"found 'link_0.com.x', which is the column of that parameter, expected another name"
     ):
         ensemble(model, {"link_0.com.x": [0.1, 0.2]}, observe=["link_0.com.x"])
     with pytest.raises(ValueError, match=r"observe: found 'link_0.angle', which is there already"):

@@ -240,6 +240,7 @@ def survey(
     model: Any, scene: Any, paths: list[str], factors: tuple[float, ...], *, drawn: bool = False, within: float = 2e-9
 ) -> None:
     """Starts of all ways agree to the bit, and with that of the file to rounding."""
+    surveyed = 0
     for path in paths:
         for factor in factors:
             value = model.parameters[path] * factor or factor - 1.0
@@ -247,6 +248,7 @@ def survey(
                 start = with_values(scene, {path: value}).start
             except (SceneError, ValueError):
                 continue  # no file has that number
+            surveyed += 1
             changed = model.with_parameters({path: value})
             state = changed.start()
             if not drawn:
@@ -269,6 +271,7 @@ def survey(
             many = ensemble(model, {path: [value, value]}, observe=seen, until=1e-9)
             for name in seen:
                 assert many[name][1] == run[name][-1], (path, factor, name)
+    assert surveyed >= len(paths)  # of two numbers each
 
 
 @pytest.mark.parametrize("name", SCENES)

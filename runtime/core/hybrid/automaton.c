@@ -408,12 +408,12 @@ static enum outcome try_span(const struct automaton *a, struct phase *f)
 }
 
 /* What is asked of f->set[count] where a stage has failed: their rows that may hold, and of which contacts. In an impact all friction may hold, and what approaches
- * is in it; else what slides goes on sliding, and the contact that is at fault is, or if none is known, all are. */
+ * is in it; else what slides goes on sliding, and the contact that is at fault is, if one is known. */
 static void choose_rows(const struct automaton *a, struct phase *f, int count, double *slips, char *holds, char *asked)
 {
     const struct system *s = f->s;
     const double *u = f->y + s->n, speed = fastest(s, u);
-    const int strikes = a->stage == STRIKE, at_fault = a->stage == SELECT ? -1 : f->run->contact;
+    const int strikes = a->stage == STRIKE, at_fault = f->run->contact;
     if (s->friction)
         s->model->slips(s->k, f->y, u, slips);
     for (int i = 0; i < count; i++) {
@@ -422,7 +422,7 @@ static void choose_rows(const struct automaton *a, struct phase *f, int count, d
         holds[i] = 1;
         if (s->friction)
             holds[count + i] = s->friction[c] > 0.0 && (strikes || fabs(slips[c]) <= CREEP * extent / s->time);
-        asked[i] = strikes ? f->rates[c] < -ROUNDED_RATE * speed * extent : at_fault < 0 || at_fault == c;
+        asked[i] = strikes ? f->rates[c] < -ROUNDED_RATE * speed * extent : at_fault == c;
     }
 }
 
@@ -452,11 +452,13 @@ static int find_hidden(const struct automaton *a, struct phase *f)
     return hidden < 0 ? -1 : f->set[hidden];
 }
 
-/* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
+/* Where a stage has failed so: where masses hide what contacts can do, nothing goes on; friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
 static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
 {
     int contact = -1;
     const int hidden = find_hidden(a, f);
+    if (f->s->arena->has_run_out)
+        return OUTCOME_NO_MEMORY;
     if (hidden >= 0) {
         f->run->contact = hidden;
         return OUTCOME_INEXACT;

@@ -196,7 +196,7 @@ static enum outcome push(struct phase *f, struct step_room *r, int count)
     enum outcome outcome = push_with(f, r, count, 1.0);
     if (!outcome && is_no_gain(f, r, most))
         return OUTCOME_DONE;
-    if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
+    if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_INEXACT)
         return outcome;
     if (f->run->on_gain == GAIN_STOPS && (!outcome || outcome == OUTCOME_GAINED))
         return OUTCOME_GAINED;

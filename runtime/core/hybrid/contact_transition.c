@@ -134,6 +134,47 @@ static enum outcome solve(const struct phase *f, struct decision *d, int except,
     return OUTCOME_DONE;
 }
 
+/* Add to the contacts in[count] those that they move, and that these do, of all that are `there`; what moves another by less than Coulomb's law may be missed by does
+ * not count. */
+static void add_moved(const struct decision *d, const char *there, char *in)
+{
+    const size_t all = d->all;
+    for (int i = 0, more = 1; more && i < d->count; i++) {
+        more = 0;
+        for (size_t a = 0; a < all; a++)
+            for (size_t b = 0; b < all && in[a % d->count]; b++) {
+                const double size = sqrt(fmax(d->W[a * (all + 1)], 0.0)) * sqrt(fmax(d->W[b * (all + 1)], 0.0));
+                const int c = (int)(b % d->count), added = there[c] && !in[c];
+                if (added && fabs(d->W[a * all + b]) > CONSISTENT * size)
+                    in[c] = more = 1;
+            }
+    }
+}
+
+/* A contact of those that have no solution by themselves, whatever else is closed */
+static int find_at_fault(const struct phase *f, struct decision *d)
+{
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    char *there = TAKE(arena, char, d->count), *asked = TAKE_ZEROS(arena, char, d->count);
+    int at_fault = -1;
+    if (!arena->ran_out)
+        memcpy(there, d->in, d->count);
+    for (int i = 0; i < d->count && at_fault < 0 && !arena->ran_out; i++) {
+        if (!there[i] || asked[i])
+            continue;
+        memset(d->in, 0, d->count);
+        d->in[i] = 1;
+        add_moved(d, there, d->in);
+        for (int j = 0; j < d->count; j++)
+            asked[j] |= d->in[j];
+        at_fault = solve(f, d, -1, d->trial) ? d->contact[i] : -1;
+        memcpy(d->in, there, d->count);
+    }
+    give_back(arena, mark);
+    return at_fault;
+}
+
 /* Take out contacts that still bounce, until all that push have come to rest. */
 static enum outcome release_bouncing(const struct phase *f, struct decision *d, int resting)
 {
@@ -141,8 +182,10 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
         enum outcome outcome = solve(f, d, -1, d->P);
-        if (outcome)
+        if (outcome) {
+            f->run->contact = find_at_fault(f, d);
             return outcome;
+        }
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/nullspace.h"
 #include "hybrid/immovable.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
@@ -117,7 +118,8 @@ static double digits_of(const struct phase *f, int contact, double *row, double 
 
 /* Whether nothing approaches that places could show. As its gap accelerates in the present motion, it has fallen from no height, and would go no further, than
  * the gap is known to: so do bounces lower than the last digits, and gaps that close without speed, as that of an edge when a wheel comes to it along
- * another. Bounces do not get lower either where they lose less of their height than that: what falls further by rounding comes back as fast. */
+ * another. Bounces do not get lower either where they lose less of their height than that: what falls further by rounding comes back as fast. Beside a singular configuration
+ * accelerations grow as the inverse square of the distance sigma from it, and last no longer: those times sigma^2 count. */
 static enum outcome approaches_unseen(struct phase *f, const struct blow *b, int *unseen)
 {
     struct system *s = f->s;
@@ -139,11 +141,12 @@ static enum outcome approaches_unseen(struct phase *f, const struct blow *b, int
     }
     contact_rates(s, f->y, f->dy + s->n, rates);
     contact_bias(s, f->y, f->y + s->n, bias);
+    const double sigma = s->model->rows ? fmin(1.0, rank_margin(s, f->y)) : 1.0;
     for (int i = 0; i < b->count && *unseen; i++) {
         const int c = f->set[i];
         const double speed = fmin(f->rates[c], 0.0), e = s->restitution[c], a = rates[c] + bias[c];
         const double lost = a < 0.0 && e < 1.0 ? 1.0 - e * e : 1.0;
-        *unseen = lost * speed * speed <= 2.0 * fabs(a) * digits_of(f, c, row, push);
+        *unseen = lost * speed * speed <= 2.0 * sigma * sigma * fabs(a) * digits_of(f, c, row, push);
     }
 end:
     give_back(s->arena, mark);

@@ -169,23 +169,24 @@ static enum outcome impulses_by_law(const struct impact_law *law, struct impact_
     return outcome;
 }
 
-/* Whether masses hide what bounces, of the impulses P[2 count] that the law has found: of the contacts that push by more than the law may be missed by,
- * and of the friction that holds. What slides has friction in proportion, and is known from its normal impulse. */
+/* Whether masses hide what bounces: of the impulses P[2 count] that the law has found, of the contacts that push by more than the law may be missed by, and of
+ * the friction that holds. What slides has friction in proportion, and is known from its normal impulse. Where none are `found`, all may push and hold that are there,
+ * and what approaches bounces. */
 static int hidden_bounce(const struct impact_problem *k, struct system *s, const double *q, const int *set,
-                         const double *P)
+                         const double *P, int found)
 {
     const size_t n = k->count, all = k->all;
     const struct mark mark = k->arena->top;
     char *holds = TAKE_ZEROS(k->arena, char, all), *bounces = TAKE_ZEROS(k->arena, char, n);
     double load = 0.0;
     int any = 0;
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n && found; i++)
         load = fmax(load, sqrt(fmax(k->W[i * (all + 1)], 0.0)) * P[i]);
     for (size_t i = 0; i < n && !k->arena->ran_out; i++) {
-        holds[i] = sqrt(fmax(k->W[i * (all + 1)], 0.0)) * P[i] > CONSISTENT * load;
+        holds[i] = !found || sqrt(fmax(k->W[i * (all + 1)], 0.0)) * P[i] > CONSISTENT * load;
         if (all > n)
-            holds[n + i] = holds[i] && sticks(k, P, (int)i);
-        any |= bounces[i] = holds[i] && k->e[i] > 0.0;
+            holds[n + i] = holds[i] && (found ? sticks(k, P, (int)i) : k->mu[i] > 0.0);
+        any |= bounces[i] = holds[i] && k->e[i] > 0.0 && (found || k->before[i] < 0.0);
     }
     const int hidden = any && !k->arena->ran_out && masses_hide(s, q, k->count, set, holds, bounces, k->W) >= 0;
     give_back(k->arena, mark);
@@ -198,7 +199,8 @@ static enum outcome impulses(struct impact_problem *k, struct system *s, const d
                              double *before, double *P)
 {
     const enum outcome outcome = impulses_by_law(s->law, k, before, P);
-    if (!outcome && hidden_bounce(k, s, q, set, P))
+    const int fails = outcome == OUTCOME_JAMMED || outcome == OUTCOME_REPEATS;
+    if ((!outcome || fails) && hidden_bounce(k, s, q, set, P, !fails))
         return OUTCOME_INEXACT;
     return outcome == OUTCOME_REPEATS && !s->friction && !s->model->drives ? OUTCOME_INEXACT : outcome;
 }
@@ -278,7 +280,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     if (without_effect(&k, s, set, u_minus, before))
         outcome = OUTCOME_JAMMED;
     else if (adds_energy(&k, k.after, P))
-        outcome = OUTCOME_GAINED;
+        outcome = hidden_bounce(&k, s, q, set, P, 0) ? OUTCOME_INEXACT : OUTCOME_GAINED;
     for (size_t i = 0; i < c; i++)
         P[i] *= lever_of(s, set[i]);
 end:

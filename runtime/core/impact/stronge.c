@@ -1,9 +1,10 @@
 /* Stronge's law: restitution squared is a ratio of work. */
-#include "base/tolerances.h"
 #include "impact/law.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "complementarity/coulomb.h"
 #include "complementarity/friction.h"
 #include "impact/expansion.h"
 #include "impact/stronge_single.h"
@@ -36,12 +37,20 @@ static enum outcome restore_one(struct impact_problem *k, double *total)
     const double smooth[4] = {k->W[0], 0.0, 0.0, 1.0}, rate[2] = {k->rate[0], k->all > 1 ? k->rate[1] : 0.0};
     if (stronge_single(k->all > 1 ? k->W : smooth, k->mu[0], k->e[0], rate, total, total + 1))
         return OUTCOME_JAMMED;
-    for (int i = 0; i < k->all; i++) {
-        const double normal = k->W[i * k->all] * total[0], tangent = k->all > 1 ? k->W[i * k->all + 1] * total[1] : 0.0;
-        const double after = k->rate[i] + normal + tangent;
-        k->rate[i] = fabs(after) <= CONSISTENT * (fabs(k->rate[i]) + fabs(normal) + fabs(tangent)) ? 0.0 : after;
+    if (k->all == 1) {
+        k->rate[0] += k->W[0] * total[0];
+        return OUTCOME_DONE;
     }
-    return OUTCOME_DONE;
+    struct friction_problem one = {
+        .n = 1, .W = k->W, .bn = k->rate, .bt = k->rate + 1, .mu = k->mu, .mode = k->mode, .arena = k->arena};
+    const struct mark mark = k->arena->top;
+    const int prepared = !prepare_friction(&one);
+    if (prepared) {
+        rates_after(&one, total, total + 1, k->after);
+        memcpy(k->rate, k->after, 2 * sizeof *k->rate);
+    }
+    give_back(k->arena, mark);
+    return prepared ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
 }
 
 static enum outcome stronge_impulses(struct impact_problem *k, double *total)

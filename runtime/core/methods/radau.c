@@ -257,7 +257,7 @@ static double size_of_correction(const struct radau *r, const struct system *s, 
     for (int i = 0; i < n; i++) {
         moves = fmax(moves, fabs(y[n + i]) / s->unit[i]);
         for (int j = 0; j < STAGES; j++)
-            moves = fmax(moves, h * fabs(r->f[i * STAGES + j]) / s->unit[i]);
+            moves = fmax(moves, fabs(h * r->f[i * STAGES + j]) / s->unit[i]);
     }
     for (int i = 0; i < n; i++) {
         const double known = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), UNIT * moves * s->unit[i]);

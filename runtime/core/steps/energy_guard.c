@@ -10,9 +10,11 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
+#include "motion/derivative.h"
 
 /* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
  * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
@@ -44,21 +46,32 @@ static int guarded(const struct phase *f)
     return f->s->model->rows && (f->s->model->contacts || f->at.passage != FREE);
 }
 
-/* J: what the forces of held contacts, as the step begins, would work along the mechanism's length, to whose rounding a place is known: what lies still where
- * heights are counted from has no other energy to be measured by. And what those of smooth ones would work in the step if they pushed along the motion. They do
- * not, but for their rounding: what lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. */
-static double pressed(struct phase *f)
+/* J: what is not known of the work of the load of held contacts, the forces that they would have as the step begins if nothing moved. Places are known to rounding: what lies
+ * still where heights are counted from has no other energy to be measured by. And smooth contacts may push along the motion, which they do not, but for rounding: what
+ * lies still but for a slow slide, which nothing ends, has little energy in motion, against which that counts. What motion adds to forces is as large as it pleases
+ * them beside a singular configuration, where this is to tell wrong velocities. */
+static double unknown_work_of_loads(struct phase *f)
 {
-    const struct system *s = f->s;
-    double force = 0.0, smooth = 0.0;
-    if (!active_count(s) ||
-        evaluate_derivative(f)) /* until then impulses of the last projection stand where forces are */
-        return 0.0;
-    for (int i = 0; i < active_count(s); i++) {
-        force += fabs(s->active->force[i]);
-        smooth += s->active->mode[i] == FRICTIONLESS ? fabs(s->active->force[i]) : 0.0;
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    double *still = TAKE(s->arena, double, s->size), *dy = TAKE(s->arena, double, s->size);
+    const size_t rows = 2 * (size_t)s->model->contacts;
+    double *forces = TAKE(s->arena, double, rows), force = 0.0, smooth = 0.0;
+    int known = active_count(s) && !s->arena->ran_out;
+    if (known) {
+        memcpy(still, f->y, s->size * sizeof *still);
+        memset(still + s->n, 0, s->n * sizeof *still);
+        memcpy(forces, s->active->force, rows * sizeof *forces); /* the next evaluation begins with them */
+        known = !system_derivative(s, f->t, still, dy);
+        for (int i = 0; i < active_count(s) && known; i++) {
+            force += fabs(s->active->force[i]);
+            smooth += s->active->mode[i] == FRICTIONLESS ? fabs(s->active->force[i]) : 0.0;
+        }
+        memcpy(s->active->force, forces, rows * sizeof *forces);
     }
-    return s->length * (force + (smooth > 0.0 ? smooth * fastest(s, f->y + s->n) * f->h : 0.0));
+    give_back(s->arena, mark);
+    const double slides = smooth > 0.0 ? smooth * fastest(s, f->y + s->n) * f->h : 0.0;
+    return ENERGY_ROUNDING * s->length * (force + slides);
 }
 
 double energy_residual(struct phase *f)
@@ -72,7 +85,7 @@ double energy_residual(struct phase *f)
     const double known = (KEPT * part * f->run->tolerance.rtol + 2.0 * missed_velocity(f)) * moves;
     double may = known + ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
     if (fabs(gain) > OFTEN * may)
-        may += ENERGY_ROUNDING * pressed(f);
+        may += unknown_work_of_loads(f);
     double missed = fabs(gain) / may;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
