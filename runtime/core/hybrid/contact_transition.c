@@ -145,8 +145,10 @@ static void add_moved(const struct decision *d, const char *there, char *in)
             for (size_t b = 0; b < all && in[a % d->count]; b++) {
                 const double size = sqrt(fmax(d->W[a * (all + 1)], 0.0)) * sqrt(fmax(d->W[b * (all + 1)], 0.0));
                 const int c = (int)(b % d->count), added = there[c] && !in[c];
-                if (added && fabs(d->W[a * all + b]) > CONSISTENT * size)
-                    in[c] = more = 1;
+                if (!added || !(fabs(d->W[a * all + b]) > CONSISTENT * size))
+                    continue;
+                in[c] = 1;
+                more = 1;
             }
     }
 }
