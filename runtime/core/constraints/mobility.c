@@ -42,23 +42,25 @@ struct block {
     int size, *row;
 };
 
-/* The block of row `first`, of rows that hold and are not taken yet. What moves another by less than Coulomb's law may be missed by does not count. */
-static void gather(int contacts, int rows, const char *holds, const double *W, int first, char *taken, struct block *b)
+int rows_that_move_each_other(int contacts, int rows, const char *holds, const double *W, int first, char *taken,
+                              int *row)
 {
-    b->row[0] = first;
-    b->size = taken[first] = 1;
-    for (int k = 0; k < b->size; k++) {
-        const int i = b->row[k];
+    int size = 1;
+    row[0] = first;
+    taken[first] = 1;
+    for (int k = 0; k < size; k++) {
+        const int i = row[k];
         const double own = W[(size_t)i * (rows + 1)];
         for (int j = 0; j < rows; j++) {
-            const double size = sqrt(fmax(own, 0.0)) * sqrt(fmax(W[(size_t)j * (rows + 1)], 0.0));
-            const int moves = j % contacts == i % contacts || fabs(W[(size_t)i * rows + j]) > CONSISTENT * size;
+            const double whole = sqrt(fmax(own, 0.0)) * sqrt(fmax(W[(size_t)j * (rows + 1)], 0.0));
+            const int moves = j % contacts == i % contacts || fabs(W[(size_t)i * rows + j]) > CONSISTENT * whole;
             if (!holds[j] || taken[j] || !moves)
                 continue;
             taken[j] = 1;
-            b->row[b->size++] = j;
+            row[size++] = j;
         }
     }
+    return size;
 }
 
 /* How many rows of the block count where all are of one size: what is left of others is less than what Coulomb's law may be missed by. */
@@ -122,7 +124,7 @@ int masses_hide(struct system *s, const double *q, int count, const int *set, co
     for (int i = 0; i < rows && hidden < 0 && !s->arena->ran_out; i++) {
         if (!holds[i] || taken[i])
             continue;
-        gather(count, rows, holds, W, i, taken, &b);
+        b.size = rows_that_move_each_other(count, rows, holds, W, i, taken, b.row);
         int is_asked = 0;
         for (int k = 0; k < b.size; k++)
             is_asked |= asked[b.row[k] % count];

@@ -134,44 +134,24 @@ static enum outcome solve(const struct phase *f, struct decision *d, int except,
     return OUTCOME_DONE;
 }
 
-/* Add to the contacts in[count] those that they move, and that these do, of all that are `there`; what moves another by less than Coulomb's law may be missed by does
- * not count. */
-static void add_moved(const struct decision *d, const char *there, char *in)
-{
-    const size_t all = d->all;
-    for (int i = 0, more = 1; more && i < d->count; i++) {
-        more = 0;
-        for (size_t a = 0; a < all; a++)
-            for (size_t b = 0; b < all && in[a % d->count]; b++) {
-                const double size = sqrt(fmax(d->W[a * (all + 1)], 0.0)) * sqrt(fmax(d->W[b * (all + 1)], 0.0));
-                const int c = (int)(b % d->count), added = there[c] && !in[c];
-                if (!added || !(fabs(d->W[a * all + b]) > CONSISTENT * size))
-                    continue;
-                in[c] = 1;
-                more = 1;
-            }
-    }
-}
-
 /* A contact of those that have no solution by themselves, whatever else is closed */
 static int find_at_fault(const struct phase *f, struct decision *d)
 {
     struct arena *arena = f->s->arena;
     const struct mark mark = arena->top;
-    char *there = TAKE(arena, char, d->count), *asked = TAKE_ZEROS(arena, char, d->count);
-    int at_fault = -1;
-    if (!arena->ran_out)
-        memcpy(there, d->in, d->count);
-    for (int i = 0; i < d->count && at_fault < 0 && !arena->ran_out; i++) {
-        if (!there[i] || asked[i])
+    const int n = d->count;
+    char *there = TAKE(arena, char, n), *holds = TAKE(arena, char, d->all), *taken = TAKE_ZEROS(arena, char, d->all);
+    int *row = TAKE(arena, int, d->all), at_fault = -1;
+    for (int a = 0; a < d->all && !arena->ran_out; a++)
+        holds[a] = there[a % n] = d->in[a % n];
+    for (int i = 0; i < n && at_fault < 0 && !arena->ran_out; i++) {
+        if (!there[i] || taken[i])
             continue;
-        memset(d->in, 0, d->count);
-        d->in[i] = 1;
-        add_moved(d, there, d->in);
-        for (int j = 0; j < d->count; j++)
-            asked[j] |= d->in[j];
+        memset(d->in, 0, n);
+        for (int k = rows_that_move_each_other(n, d->all, holds, d->W, i, taken, row) - 1; k >= 0; k--)
+            d->in[row[k] % n] = 1;
         at_fault = solve(f, d, -1, d->trial) ? d->contact[i] : -1;
-        memcpy(d->in, there, d->count);
+        memcpy(d->in, there, n);
     }
     give_back(arena, mark);
     return at_fault;
