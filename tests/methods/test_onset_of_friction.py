@@ -78,19 +78,22 @@ def test_starts_from_rest(name: str, seed: int, workshop: Workshop) -> None:
     ("name", "seed", "speed"), [("beam", seed, 0.5) for seed in range(60)] + [("arm", seed, 0.5) for seed in range(40)]
 )
 def test_velocities_that_pass_through_zero(name: str, seed: int, speed: float, workshop: Workshop) -> None:
-    """The change of sign lies anywhere in a step, also at its very ends.
-
-    By gauss a bend may be so weak that the last coefficients of a smooth step cover it: they may be √(1/(0.54 rtol))
-    times the tolerance (0.03 · 18 of their square over the first), and a jump between two nodes a twelfth of its size.
-    """
+    """The change of sign lies anywhere in a step, also at its very ends."""
     mechanism, values, q, u = case(name, seed, speed)
     model = workshop.model(mechanism.scene)
     right = mechanism.run(values, q, u, 1.0)
     for method in ("gauss", "radau"):
         for rtol in (1e-9, 1e-6):
-            covered = 0.09 * np.sqrt(1.0 / (0.54 * rtol)) if method == "gauss" else 0.0
             run = simulate(model, q, u, until=1.0, rtol=rtol, method=method, params=values)
-            assert off(run, right) <= max(ALLOWED, covered) * rtol, (method, rtol)
+            assert off(run, right) <= ALLOWED * rtol, (method, rtol)
+
+
+@pytest.mark.parametrize(("name", "seed", "rtol"), [("beam", 18, 1e-9), ("beam", 45, 1e-6), ("arm", 30, 1e-6)])
+def test_a_bend_lies_below_the_first_coefficients(name: str, seed: int, rtol: float, workshop: Workshop) -> None:
+    """Errors were 835, 419 and 495 times rtol while the last coefficients counted by their ratio to the first alone."""
+    mechanism, values, q, u = case(name, seed, 0.5)
+    run = simulate(workshop.model(mechanism.scene), q, u, until=1.0, rtol=rtol, params=values)
+    assert off(run, mechanism.run(values, q, u, 1.0)) <= ALLOWED * rtol
 
 
 @pytest.mark.sample(3)

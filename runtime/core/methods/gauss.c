@@ -4,7 +4,7 @@
  * The accelerations of all stages are found together, in the lanes of the machine, by fixed-point sweeps that start from the
  * stage polynomial of the step before, carried on. Coordinates are double integrals of the accelerations. The state is summed
  * with what rounding took from the sums before. Two things steer the step: the last Legendre coefficients of the stage
- * polynomial, which tell what it misses, and how fast the sweeps contract. Where they do not contract, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks
+ * polynomial and how these shrink, which tell what it misses, and how fast the sweeps contract. Where they do not contract, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks
  * at few states, and does not iterate. Past a singular configuration stages go one by one, each put onto the closure, for the
  * other methods too (singular_step.c): no stage lies at either end.
  */
@@ -24,9 +24,13 @@ static const double SHORT =
 static const double WANTED = 0.4;  /* contraction that steps aim at */
 static const double MISSED = 0.03; /* of the last coefficients, times their ratio to the first: the error of a step */
 static const double CAUTION =
-    18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
+    18.0;                         /* times the error: what the next step is chosen by, for the motion may get quicker */
+static const double ROUGH = 0.25; /* of what the end misses: a jump between two stages is at most this part of it,
+                                          but for one in ten, over all places of the jump */
 static const double ENDS_ALIKE = 1e-9; /* part of a step: one that begins so near to its end goes on from there */
 static const double EARLIER = 0.2;     /* the last coefficient but one counts by this part */
+static const double TO_ORDER =
+    (STAGES + 1) / 2.0; /* pairs of degrees from the last coefficient to the first that the end misses, 2 STAGES */
 enum { ORDER = 16, ESTIMATES = 4, LINE = 8 /* numbers to a line of the cache */ };
 
 /* Lays the arrays out from `at` on, unless it is NULL; returns how many numbers they take. */
@@ -167,6 +171,27 @@ static void add(double y, double lost, double increment, double *sum, double *lo
     *sum = whole;
 }
 
+/* What the end of the step misses, in tolerances, if the coefficients go on to shrink as the last do: from each of the two last to the degree that
+ * the quadrature does not see any more, a factor for each two degrees. Degrees are compared with those of their own parity, for a motion may be
+ * nearly even or odd about the middle of the step. What bends within the step shrinks slowly, and may lie far below the first coefficients. */
+static double missed_by_end(const struct gauss *g, int size, struct tolerance tolerance, const double *y,
+                            const double *y1)
+{
+    const int n = g->n;
+    const double h = g->h;
+    double sum[STAGES] = {0.0}, missed = 0.0;
+    for (int i = 0; i < g->rows; i++) {
+        const double *c = g->legendre + i * STAGES;
+        const double of_u = h / allowed_error(tolerance, n + i, fmax(fabs(y[n + i]), fabs(y1[n + i])));
+        const double of_q = i < n ? h * h / allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i]))) : 0.0;
+        for (int k = STAGES - 4; k < STAGES; k++)
+            sum[k] += (of_u * of_u + of_q * of_q) * c[k] * c[k];
+    }
+    for (int k = STAGES - 2; k < STAGES; k++)
+        missed += sum[k] < sum[k - 2] ? sum[k] * pow(sum[k] / sum[k - 2], TO_ORDER) : sum[k];
+    return sqrt(missed / size);
+}
+
 /* End of the step, and what the estimates are made of */
 static void finish(struct gauss *g, const struct system *s, double h, struct tolerance tolerance, const double *y,
                    double *y1)
@@ -194,6 +219,7 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
     }
     /* coefficients do not shrink as each other where a load begins as a root: the end sees then what the polynomial misses */
     g->first = s->model->switches ? 0.0 : sqrt(first / size);
+    g->rough = missed_by_end(g, size, tolerance, y, y1);
 }
 
 /* The step by DOP853. */
@@ -270,7 +296,8 @@ static double last_coefficients(const struct gauss *g, int size, struct toleranc
 }
 
 /* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
- * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
+ * motion's own coefficients of that degree, which shrink likewise: the product of the two; where the last shrink more slowly than all,
+ * what they become at the first degree that the end misses. Sweeps that contract slowly
  * make the next step shorter. */
 static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
                             const double *y1)
@@ -282,8 +309,9 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const double ratio = size_of / g->first;
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
-    const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
-    const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
+    const double smooth = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
+    const double error = fmax(smooth, ROUGH * g->rough), cautious = fmax(CAUTION * smooth, g->rough);
+    const double slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
     return fmax(steered,

@@ -15,6 +15,7 @@ struct gauss {
     int known;          /* whether `legendre` holds its stage polynomial */
     int replaced;       /* whether DOP853 took the step */
     double first;       /* size of the first coefficients but the constant, in tolerances */
+    double rough;       /* what the end misses where the last coefficients shrink slowly, in tolerances */
     double contraction; /* of the last sweep */
     double
         along; /* part of the tolerance that the last sweep may change where it still changes more across the closure; else 0 */
