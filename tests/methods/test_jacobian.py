@@ -57,7 +57,8 @@ def test_derivatives_save_evaluations(workshop: Workshop) -> None:
         assert np.max(np.abs(run.q[-1] - exact.q[-1])) <= 1e-10
         assert np.max(np.abs(run.u[-1] - exact.u[-1])) <= 1e-8
     assert abs(len(quick.t) - len(plain.t)) <= 0.01 * len(plain.t)
-    assert 1.7 * quick.nfev <= plain.nfev
+    assert quick.nfev <= 11 * len(quick.t) and plain.nfev <= 16 * len(plain.t)  # differences of 16 are kept for a while
+    assert 1.2 * quick.nfev <= plain.nfev
 
 
 def test_differences_are_coarse_in_floats(workshop: Workshop) -> None:

@@ -1,10 +1,15 @@
 /* Radau IIA with three stages: implicit Runge-Kutta of order 5 that damps what is stiff, for stiff springs and dampers
  * (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.5 and IV.8).
  *
- * Unknowns are the accelerations of the stages. Simplified Newton iterations find them, with the derivatives of the accelerations
- * with respect to coordinates and velocities at the start of the step: of a model that was generated with its derivatives from
+ * Unknowns are the accelerations of the stages, first guessed by carrying on those of the step before. Simplified Newton iterations find them, with the derivatives of
+ * the accelerations with respect to coordinates and velocities at a state before: of a model that was generated with its derivatives from
  * these, else by differences, as many at a time as there are lanes. The equations fall apart into one real and one complex system of
- * the size of the mechanism.
+ * the size of the mechanism. Both, factorised, are kept from step to step, whatever their lengths, as long as iterations contract by them; where they no longer do,
+ * they are made anew at the start of the step.
+ *
+ * What a step misses is told by two estimates, of which the smaller counts. The embedded formula of order 3 is known at once, damps what is stiff, and is far larger than
+ * what a smooth motion misses. The other is that itself: the error of the step is h^6 / 7200 times a derivative of the accelerations, the fifth (of velocities; of
+ * coordinates the fourth), whose divided difference over the stages of this step and of the one before is at hand.
  */
 #include "methods/method.h"
 
@@ -23,25 +28,53 @@ static const double SLOWEST = 0.7; /* contraction beyond which a step is given u
 static const double DOUBT = 0.05;  /* iterations are not believed to contract faster */
 /* of a number by which it is changed to see what follows, and at least of 1 */
 static const double DIFFERENCE = CCGEN_ROOT_EPSILON;
+/* contraction up to which what was factorised is kept: one more iteration costs an evaluation of the stages, new differences some of them, exact derivatives less than one */
+static const double KEPT = 0.05, KEPT_EXACT = 0.005;
+static const double ALIKE =
+    0.2; /* and the part by which steps may be of other lengths: what is stiff is damped as it would be by those */
+static const double FAR =
+    2.5; /* times the length of the step before that its accelerations are carried on by at most */
+static const double ENDS_ALIKE = 1e-9; /* part of a step by which the next one may begin elsewhere */
+static const double CAUTION =
+    100.0; /* times the error that the divided difference tells: its stages are of two steps, and have errors of their own */
+static const double JUMP =
+    2.7; /* times what the embedded formula says: where accelerations jump between two stages the end misses up to 2.66 of that */
 static const double UNIT = 4.0 * DBL_EPSILON;
-enum { ITERATIONS = 10, ITERATIONS_TO_ROUNDING = 40, ORDER = 5, ORDER_OF_ESTIMATE = 3 };
+enum {
+    ITERATIONS = 10,
+    ITERATIONS_TO_ROUNDING = 40,
+    ORDER = 5,
+    ORDER_OF_ESTIMATE = 3,
+    ESTIMATES = 2,
+    POINTS = 2 * STAGES
+};
 
 typedef double complex number;
 
 struct radau {
-    double h;
-    int failed;                  /* the iterations of the last step did not converge */
-    int n, rows, lanes, *pivots; /* [2 n]: of the real and of the complex system */
-    double *f;                   /* [rows][STAGES] accelerations, and power */
-    double *miss;                /* [n][STAGES] */
-    double *q, *u, *out, *time;  /* [n][lanes], [lanes] */
-    double *by_q, *by_u;         /* [n][n] derivatives of the accelerations */
-    double *estimate;            /* [size] */
-    double *start, *ends;        /* [size], [size][STAGES]: state at the start and at the stages, for interpolation */
-    double *one;                 /* [2 n] */
-    number *real, *complex_;     /* [n][n] factors of the two systems */
-    number *x;                   /* [n] */
-    double *side;                /* of system_acceleration_lanes */
+    double t, h;                     /* of the last attempt */
+    double before;                   /* length of the step that `earlier` is of */
+    double kept_t, kept_h;           /* where, and for which length of a step, the systems are of */
+    double contraction;              /* of the last iterations */
+    int failed;                      /* the iterations of the last step did not converge */
+    int done;                        /* the last attempt has stages */
+    int known;                       /* there is a step before */
+    int kept, lost;                  /* there are systems; they are known by where they are of alone */
+    int exact;                       /* they are of derivatives, not of differences */
+    int n, rows, lanes, *pivots;     /* [2 n]: of the real and of the complex system */
+    double *f;                       /* [rows][STAGES] accelerations, and power */
+    double *at_start;                /* [rows] the same at the start */
+    double *earlier, *earlier_start; /* the same of the step before */
+    double *kept_y, *kept_dy;        /* [size] */
+    double *miss;                    /* [n][STAGES] */
+    double *q, *u, *out, *time;      /* [n][lanes], [lanes] */
+    double *by_q, *by_u;             /* [n][n] derivatives of the accelerations */
+    double *estimate;                /* [ESTIMATES][size] */
+    double *start, *ends;    /* [size], [size][STAGES]: state at the start and at the stages, for interpolation */
+    double *one;             /* [2 n] */
+    number *real, *complex_; /* [n][n] factors of the two systems */
+    number *x;               /* [n] */
+    double *side;            /* of system_acceleration_lanes */
 };
 
 static const size_t HEAD = (sizeof(struct radau) + sizeof(double) - 1) / sizeof(double);
@@ -59,6 +92,11 @@ static size_t lay_out(struct radau *r, const struct system *s, double *at)
                  {&x, 2 * n},
                  {&pivots, 2 * n},
                  {&r->f, (size - n) * STAGES},
+                 {&r->at_start, size - n},
+                 {&r->earlier, (size - n) * STAGES},
+                 {&r->earlier_start, size - n},
+                 {&r->kept_y, size},
+                 {&r->kept_dy, size},
                  {&r->miss, n * STAGES},
                  {&r->q, n * lanes},
                  {&r->u, n * lanes},
@@ -66,7 +104,7 @@ static size_t lay_out(struct radau *r, const struct system *s, double *at)
                  {&r->time, lanes},
                  {&r->by_q, n * n},
                  {&r->by_u, n * n},
-                 {&r->estimate, size},
+                 {&r->estimate, ESTIMATES * size},
                  {&r->start, size},
                  {&r->ends, size * STAGES},
                  {&r->one, 2 * n},
@@ -104,6 +142,47 @@ static struct radau *radau_of(const struct system *s, double *scratch)
     return r;
 }
 
+static void radau_restart(double *scratch, int size)
+{
+    struct radau *r = (struct radau *)scratch;
+    (void)size;
+    r->done = r->known = r->kept = r->lost = 0;
+    r->contraction = 0.0;
+}
+
+/* The last steps, and where the systems are of */
+static size_t radau_memory(const struct system *s, double *scratch, int put, double *numbers)
+{
+    const size_t size = s->size, rows = size - s->n;
+    enum { T, H, BEFORE, KEPT_T, KEPT_H, CONTRACTION, DONE, KNOWN, HAS, EXACT, SCALARS };
+    if (!numbers)
+        return SCALARS + 2 * rows * (STAGES + 1) + 2 * size;
+    struct radau *r = radau_of(s, scratch);
+    double scalars[SCALARS] = {r->t,           r->h,    r->before, r->kept_t, r->kept_h,
+                               r->contraction, r->done, r->known,  r->kept,   r->exact};
+    double *at = numbers;
+    const struct {
+        double *array;
+        size_t count;
+    } parts[] = {{scalars, SCALARS},       {r->f, rows * STAGES}, {r->at_start, rows}, {r->earlier, rows * STAGES},
+                 {r->earlier_start, rows}, {r->kept_y, size},     {r->kept_dy, size}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; at += parts[i++].count)
+        memcpy(put ? parts[i].array : at, put ? at : parts[i].array, parts[i].count * sizeof *at);
+    if (!put)
+        return (size_t)(at - numbers);
+    r->t = scalars[T];
+    r->h = scalars[H];
+    r->before = scalars[BEFORE];
+    r->kept_t = scalars[KEPT_T];
+    r->kept_h = scalars[KEPT_H];
+    r->contraction = scalars[CONTRACTION];
+    r->done = scalars[DONE] != 0.0;
+    r->known = scalars[KNOWN] != 0.0;
+    r->kept = r->lost = scalars[HAS] != 0.0;
+    r->exact = scalars[EXACT] != 0.0;
+    return (size_t)(at - numbers);
+}
+
 /* by_q, by_u by differences from the accelerations dy at (t, y) */
 static enum outcome take_differences(struct radau *r, struct system *s, double t, const double *y, const double *dy)
 {
@@ -136,12 +215,16 @@ static enum outcome take_differences(struct radau *r, struct system *s, double t
 /* by_q, by_u: how the accelerations dy[n] at (t, y) change with each coordinate and velocity */
 static enum outcome differentiate(struct radau *r, struct system *s, double t, const double *y, const double *dy)
 {
-    int known;
-    const enum outcome outcome = acceleration_jacobian(s, t, y, y + r->n, r->by_q, r->by_u, &known);
-    return outcome || known ? outcome : take_differences(r, s, t, y, dy);
+    const enum outcome outcome = acceleration_jacobian(s, t, y, y + r->n, r->by_q, r->by_u, &r->exact);
+    return outcome || r->exact ? outcome : take_differences(r, s, t, y, dy);
 }
 
-/* a = factors of 1 - z du_dot/du - z^2 du_dot/dq, with rows exchanged; 0, or 1 if there are none or the run is to end */
+static double size_of(number x)
+{
+    return fabs(creal(x)) + fabs(cimag(x));
+}
+
+/* a = factors of 1 - z du_dot/du - z^2 du_dot/dq, with rows exchanged, and one over each pivot; 0, or 1 if there are none or the run is to end */
 static int factorise(const struct radau *r, struct system *s, number z, number *a, int *pivots)
 {
     const int n = r->n;
@@ -153,18 +236,19 @@ static int factorise(const struct radau *r, struct system *s, number z, number *
             return 1;
         int best = k;
         for (int i = k + 1; i < n; i++)
-            if (cabs(a[i * n + k]) > cabs(a[best * n + k]))
+            if (size_of(a[i * n + k]) > size_of(a[best * n + k]))
                 best = i;
         pivots[k] = best;
-        if (!(cabs(a[best * n + k]) > 0.0))
+        if (!(size_of(a[best * n + k]) > 0.0))
             return 1;
         for (int j = 0; j < n && best != k; j++) {
             const number swap = a[k * n + j];
             a[k * n + j] = a[best * n + j];
             a[best * n + j] = swap;
         }
+        a[k * n + k] = 1.0 / a[k * n + k];
         for (int i = k + 1; i < n; i++) {
-            const number factor = a[i * n + k] /= a[k * n + k];
+            const number factor = a[i * n + k] *= a[k * n + k];
             for (int j = k + 1; j < n && factor != 0.0; j++)
                 a[i * n + j] -= factor * a[k * n + j];
         }
@@ -183,7 +267,7 @@ static void solve(int n, const number *a, const int *pivots, number *x)
         for (int i = k + 1; i < n; i++)
             x[i] -= a[i * n + k] * x[k];
     for (int k = n - 1; k >= 0; k--) {
-        x[k] /= a[k * n + k];
+        x[k] *= a[k * n + k];
         for (int i = 0; i < k; i++)
             x[i] -= a[i * n + k] * x[k];
     }
@@ -276,6 +360,7 @@ static enum outcome converge(struct radau *r, struct system *s, double t, double
     const int strict = tolerance.rtol == 0.0;
     double before = INFINITY;
     *converged = 0;
+    r->contraction = 0.0;
     for (int k = 1; k <= (strict ? ITERATIONS_TO_ROUNDING : ITERATIONS); k++) {
         const enum outcome outcome = miss(r, s, t, h, y);
         if (outcome)
@@ -283,6 +368,7 @@ static enum outcome converge(struct radau *r, struct system *s, double t, double
         correct(r);
         const double now = size_of_correction(r, s, h, tolerance, y), rate = now / before, bound = fmax(rate, DOUBT);
         before = now;
+        r->contraction = fmax(r->contraction, rate);
         if (!isfinite(now))
             return OUTCOME_NOT_FINITE;
         if (now <= REST || (k > 1 && bound < 1.0 && now * bound <= REST * (1.0 - bound)) ||
@@ -296,20 +382,11 @@ static enum outcome converge(struct radau *r, struct system *s, double t, double
     return OUTCOME_DONE;
 }
 
-/* What the embedded formula of order 3 says, smoothed by the real system. */
-static void estimate(struct radau *r, double h, const double *y, const double *dy)
+/* What is left of errors by_q[n], by_u[n] where what is stiff is damped as the real system does */
+static void smooth(struct radau *r, double *by_q, double *by_u)
 {
     const int n = r->n;
-    const double z = REAL * h;
-    double *by_q = r->estimate, *by_u = by_q + n;
-    for (int i = 0; i < n; i++) {
-        by_q[i] = z * dy[i];
-        by_u[i] = z * dy[n + i];
-        for (int j = 0; j < STAGES; j++) {
-            by_q[i] += ESTIMATE[j] * (r->ends[i * STAGES + j] - y[i]);
-            by_u[i] += ESTIMATE[j] * (r->ends[(n + i) * STAGES + j] - y[n + i]);
-        }
-    }
+    const double z = REAL * r->kept_h;
     for (int i = 0; i < n; i++) {
         double sum = by_u[i];
         for (int j = 0; j < n; j++)
@@ -321,12 +398,54 @@ static void estimate(struct radau *r, double h, const double *y, const double *d
         by_u[i] = creal(r->x[i]);
         by_q[i] += z * by_u[i];
     }
-    if (r->rows > n) { /* the work: power does not depend on it */
-        const double *work = r->ends + 2 * n * STAGES;
-        r->estimate[2 * n] = z * dy[2 * n];
+}
+
+/* What the embedded formula of order 3 says */
+static void estimate(struct radau *r, double h, const double *y, const double *dy)
+{
+    const int n = r->n, size = n + r->rows;
+    for (int i = 0; i < size; i++) { /* also of the work: power does not depend on it */
+        r->estimate[i] = REAL * h * dy[i];
         for (int j = 0; j < STAGES; j++)
-            r->estimate[2 * n] += ESTIMATE[j] * (work[j] - y[2 * n]);
+            r->estimate[i] += ESTIMATE[j] * (r->ends[i * STAGES + j] - y[i]);
+        r->estimate[i] *= JUMP;
     }
+    smooth(r, r->estimate, r->estimate + n);
+}
+
+/* weight[POINTS] of the accelerations at points `first` and on of those of two steps in the divided difference of them all, of times in lengths of the second step: the stages
+ * of the first but its end, the start of the second, its stages */
+static void divide(double ratio, int first, double *weight)
+{
+    const double at[POINTS] = {ratio * (NODE[0] - 1.0), ratio * (NODE[1] - 1.0), 0.0, NODE[0], NODE[1], NODE[2]};
+    for (int j = first; j < POINTS; j++) {
+        weight[j] = 1.0;
+        for (int k = first; k < POINTS; k++)
+            if (k != j)
+                weight[j] /= at[j] - at[k];
+    }
+}
+
+/* What divided differences of order 5 and 4 over this step and the one before say: h^6 / 7200 times derivatives, which they are 1/120 and 1/24 of */
+static void estimate_by_differences(struct radau *r, double h)
+{
+    const int n = r->n, size = n + r->rows;
+    double fifth[POINTS], fourth[POINTS] = {0.0}, *found = r->estimate + size;
+    divide(r->before / h, 0, fifth);
+    divide(r->before / h, 1, fourth);
+    for (int i = 0; i < r->rows; i++) {
+        const double *e = r->earlier + i * STAGES, *f = r->f + i * STAGES;
+        const double at[POINTS] = {e[0], e[1], r->at_start[i], f[0], f[1], f[2]};
+        double of_u = 0.0, of_q = 0.0;
+        for (int j = 0; j < POINTS; j++) {
+            of_u += fifth[j] * at[j];
+            of_q += fourth[j] * at[j];
+        }
+        found[n + i] = CAUTION * h / 60.0 * of_u;
+        if (i < n)
+            found[i] = CAUTION * h * h / 300.0 * of_q;
+    }
+    smooth(r, found, found + n);
 }
 
 /* States at the stages, the last of which is the end of the step, and the work. */
@@ -352,52 +471,141 @@ static enum outcome finish(struct radau *r, struct system *s, double t, double h
     return OUTCOME_DONE;
 }
 
+/* What the last attempt leaves to the next, if it was accepted */
+static void go_on(struct radau *r, double t)
+{
+    if (r->done && t != r->t) {
+        double *swap = r->earlier;
+        r->earlier = r->f;
+        r->f = swap;
+        swap = r->earlier_start;
+        r->earlier_start = r->at_start;
+        r->at_start = swap;
+        r->known = fabs(t - (r->t + r->h)) <= ENDS_ALIKE * fabs(r->h);
+        r->before = r->h;
+    }
+    r->done = 0;
+}
+
+/* First values of the stages: the cubic through the start and the stages of the step before, carried on if that `carries`, or else the start */
+static void guess(struct radau *r, double h, int carries, const double *dy)
+{
+    const int n = r->n;
+    const double at[STAGES + 1] = {0.0, NODE[0], NODE[1], NODE[2]};
+    double weight[STAGES][STAGES + 1];
+    for (int j = 0; j < STAGES; j++)
+        for (int k = 0; k <= STAGES; k++) {
+            const double x = 1.0 + NODE[j] * h / r->before;
+            weight[j][k] = 1.0;
+            for (int l = 0; l <= STAGES; l++)
+                weight[j][k] *= l == k ? 1.0 : (x - at[l]) / (at[k] - at[l]);
+        }
+    for (int i = 0; i < n; i++) {
+        const double *e = r->earlier + i * STAGES, left = dy[n + i] - e[STAGES - 1];
+        for (int j = 0; j < STAGES; j++)
+            r->f[i * STAGES + j] = !carries ? dy[n + i]
+                                            : weight[j][0] * r->earlier_start[i] + weight[j][1] * e[0] +
+                                                  weight[j][2] * e[1] + weight[j][3] * e[2] + left;
+    }
+}
+
+/* The systems at the state that is kept */
+static enum outcome make_systems(struct radau *r, struct system *s)
+{
+    const double h = r->kept_h;
+    const enum outcome outcome = differentiate(r, s, r->kept_t, r->kept_y, r->kept_dy);
+    if (outcome)
+        return outcome;
+    r->lost = 0;
+    if (factorise(r, s, REAL * h, r->real, r->pivots) ||
+        factorise(r, s, (COMPLEX_REAL + I * COMPLEX_IMAGINARY) * h, r->complex_, r->pivots + r->n))
+        return interrupted(s->interruption, 0) ? OUTCOME_INTERRUPTED : OUTCOME_NOT_FINITE;
+    r->kept = 1;
+    return OUTCOME_DONE;
+}
+
+/* The systems anew, of a step of length h from (t, y) */
+static enum outcome renew(struct radau *r, struct system *s, double t, double h, const double *y, const double *dy)
+{
+    r->kept = 0;
+    r->kept_t = t;
+    r->kept_h = h;
+    memcpy(r->kept_y, y, s->size * sizeof *y);
+    memcpy(r->kept_dy, dy, s->size * sizeof *dy);
+    return make_systems(r, s);
+}
+
+/* The stages, by systems that are kept where these do, and from where the step before leads where that does; else by systems of this step, from its start */
+static enum outcome find_stages(struct radau *r, struct system *s, double t, double h, struct tolerance tolerance,
+                                const double *y, const double *dy, int *converged)
+{
+    const int keeps = r->kept && r->contraction <= (r->exact ? KEPT_EXACT : KEPT) && tolerance.rtol > 0.0 &&
+                      fabs(h - r->kept_h) <= ALIKE * fabs(r->kept_h);
+    const int carries = r->known && fabs(h) <= FAR * fabs(r->before);
+    enum outcome outcome = !keeps ? renew(r, s, t, h, y, dy) : r->lost ? make_systems(r, s) : OUTCOME_DONE;
+    if (outcome)
+        return outcome;
+    guess(r, h, carries, dy);
+    outcome = converge(r, s, t, h, tolerance, y, converged);
+    if ((!keeps && !carries) || outcome == OUTCOME_INTERRUPTED || (!outcome && *converged))
+        return outcome;
+    outcome = keeps ? renew(r, s, t, h, y, dy) : OUTCOME_DONE;
+    guess(r, h, 0, dy);
+    return outcome ? outcome : converge(r, s, t, h, tolerance, y, converged);
+}
+
 static enum outcome radau_step(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
                                const double *y, const double *dy, double *y1)
 {
     struct radau *r = radau_of(s, scratch);
-    const int n = r->n;
     int converged = 0;
+    go_on(r, t);
+    r->t = t;
     r->h = h;
     r->failed = 0;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < STAGES; j++)
-            r->f[i * STAGES + j] = dy[n + i];
-    enum outcome outcome = differentiate(r, s, t, y, dy);
-    if (!outcome && (factorise(r, s, REAL * h, r->real, r->pivots) ||
-                     factorise(r, s, (COMPLEX_REAL + I * COMPLEX_IMAGINARY) * h, r->complex_, r->pivots + n)))
-        outcome = interrupted(s->interruption, 0) ? OUTCOME_INTERRUPTED : OUTCOME_NOT_FINITE;
-    if (!outcome)
-        outcome = converge(r, s, t, h, tolerance, y, &converged);
+    memcpy(r->at_start, dy + r->n, r->rows * sizeof *dy);
+    enum outcome outcome = find_stages(r, s, t, h, tolerance, y, dy, &converged);
     if (!outcome)
         outcome = finish(r, s, t, h, y, y1);
     if (outcome)
         return outcome;
     estimate(r, h, y, dy);
+    if (r->known)
+        estimate_by_differences(r, h);
     memcpy(r->start, y, s->size * sizeof *y);
+    r->done = converged;
     r->failed = !converged;
     return r->failed && tolerance.rtol == 0.0 ? OUTCOME_NO_CONVERGENCE : OUTCOME_DONE;
 }
 
 static double *radau_estimates(double *scratch, int size, int *count)
 {
+    struct radau *r = (struct radau *)scratch;
     (void)size;
-    *count = 1;
-    return ((struct radau *)scratch)->estimate;
+    *count = r->known ? ESTIMATES : 1;
+    return r->estimate;
+}
+
+/* As the error of a method of this order would be, of estimates of order `of` */
+static double measured(const double *found, int of, int size, struct tolerance tolerance, const double *y,
+                       const double *y1)
+{
+    double sum = 0.0;
+    for (int i = 0; i < size; i++) {
+        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
+        sum += (found[i] / scale) * (found[i] / scale);
+    }
+    return pow(sum / size, 0.5 * ORDER / (of + 1));
 }
 
 static double radau_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
                             const double *y1)
 {
     const struct radau *r = (const struct radau *)scratch;
-    double sum = 0.0;
     if (r->failed)
         return pow(0.9 * 3.0, ORDER); /* a third of the step */
-    for (int i = 0; i < size; i++) {
-        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
-        sum += (r->estimate[i] / scale) * (r->estimate[i] / scale);
-    }
-    return pow(sum / size, 0.5 * ORDER / (ORDER_OF_ESTIMATE + 1)); /* as the error of a method of this order would be */
+    const double error = measured(r->estimate, ORDER_OF_ESTIMATE, size, tolerance, y, y1);
+    return r->known ? fmin(error, measured(r->estimate + size, ORDER, size, tolerance, y, y1)) : error;
 }
 
 static enum outcome radau_prepare(struct system *s, double *scratch, double t, double h, const double *y,
@@ -435,6 +643,8 @@ const struct method radau = {
     .damps = 1,
     .derivatives = 1,
     .scratch = radau_scratch,
+    .restart = radau_restart,
+    .memory = radau_memory,
     .step = radau_step,
     .estimates = radau_estimates,
     .measure = radau_measure,
