@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from ccgen.runtime import sensitivities, simulate
 
 from ..oracles.maximal import Array
-from ..oracles.resisted import BEAM, MECHANISMS, Resisted, Values
+from ..oracles.resisted import ARM, BEAM, MECHANISMS, Resisted, Values
 from ..support.workshop import Workshop
 
 METHODS = ("gauss", "dop853", "dopri5", "radau")
@@ -94,6 +94,16 @@ def test_a_bend_lies_below_the_first_coefficients(name: str, seed: int, rtol: fl
     mechanism, values, q, u = case(name, seed, 0.5)
     run = simulate(workshop.model(mechanism.scene), q, u, until=1.0, rtol=rtol, params=values)
     assert off(run, mechanism.run(values, q, u, 1.0)) <= ALLOWED * rtol
+
+
+@pytest.mark.parametrize("rtol", [1e-9, 1e-12])
+def test_smooth_loads_take_no_shorter_steps(rtol: float, workshop: Workshop) -> None:
+    """What a smooth step leaves of the accelerations at its ends goes on from its last coefficients: not counted as
+    unseen, it takes as many steps with a load that hardly acts, for which ends are looked at, as without any."""
+    scene = ARM.split("[[brake]]")[0] + "%s[gravity]\n[start]\nangles = { upper = 1.0, fore = 0.5 }\n"
+    load = '[[joint_friction]]\njoints = ["elbow"]\nviscous = 1e-12\n'
+    free, loaded = (simulate(workshop.model(scene % text), until=3.0, rtol=rtol) for text in ("", load))
+    assert abs(len(loaded.t) - len(free.t)) <= 0.1 * len(free.t)
 
 
 @pytest.mark.sample(3)

@@ -112,7 +112,7 @@ def check(scene: Any, run: Run, missed: float = MISSED) -> None:
     """Every row says what the balance does, and the audit the largest of them."""
     own, rows = left(scene, run), outside_of_steps(run)
     moved = float(np.ptp(energy(run.model, run.q, run.u)) + np.max(np.abs(own)))
-    height = float(np.max(np.abs(np.sum(run.model.energy(run.q, run.u), axis=0))))
+    height = float(np.max(np.sum(np.abs(run.model.energy(run.q, run.u)), axis=0)))  # of which rounding is a part
     off = np.abs(own - run.unexplained)[rows]
     assert off.max() <= missed * moved + 1e-13 * (height + run.t.size * 1e-3), (run, off.max(), moved)
     assert run.energy_drift == np.max(np.abs(run.unexplained))

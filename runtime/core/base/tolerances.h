@@ -385,9 +385,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CROWD, 200.0, OF_RELATIVE, \
       "events within an instant (INSTANT): what bounces is at rest, and after twice as many that are no impacts time stepping goes on", \
       "bounces of nine tenths of the speed before have come to 10^-9 of it by then") \
-    X(SETTLES, 14000.0, OF_RELATIVE, \
-      "events within an instant, impacts each, after which time stepping goes on: till then what moves (SEEN) strikes on", \
-      "bounces of 0.999 of the speed before have come to 10^-6 of it by then") \
     X(RATTLE, 1000.0, OF_RELATIVE, \
       "events in a row between which no closed contact moves: what bounces is at rest", \
       "chosen: they take time, and are bounces of rounding; five times as many as without time (CROWD)") \
@@ -429,7 +426,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(STILL, CREEP) \
     X(REST_SPEED, CROWDED_SPEED) \
     X(CROWDED_SPEED, SEEN) \
-    X(CROWD, SETTLES) \
     X(EDGE, EDGE_GIVEN) \
     X(REST_TIME, INSTANT) \
     X(SHORTEST, REST_TIME) \

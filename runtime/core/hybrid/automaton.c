@@ -97,7 +97,7 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     }
     a->at_once++;
     a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
-    if (a->at_once > 2 * (long)CROWD && !(a->struck && a->at_once <= (long)SETTLES)) {
+    if (a->at_once > 2 * (long)CROWD && !a->struck) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
     }

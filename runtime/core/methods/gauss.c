@@ -171,25 +171,26 @@ static void add(double y, double lost, double increment, double *sum, double *lo
     *sum = whole;
 }
 
-/* What the end of the step misses, in tolerances, if the coefficients go on to shrink as the last do: from each of the two last to the degree that
- * the quadrature does not see any more, a factor for each two degrees. Degrees are compared with those of their own parity, for a motion may be
- * nearly even or odd about the middle of the step. What bends within the step shrinks slowly, and may lie far below the first coefficients. */
-static double missed_by_end(const struct gauss *g, int size, struct tolerance tolerance, const double *y,
-                            const double *y1)
+/* How the last coefficients would shrink up to the first degree that the end of the step misses, if they went on as they do: g->further, of degree
+ * STAGES - 2 and STAGES - 1. Degrees are compared with those of their own parity, for a motion may be nearly even or odd about the middle of the
+ * step. What bends within the step shrinks slowly, and may lie far below the first coefficients. That is asked of loads alone, and not past a
+ * singular configuration: stages there are as exact as their places are known, which no shorter step mends. */
+static void look_further(struct gauss *g, const struct system *s, struct tolerance tolerance, const double *y,
+                         const double *y1)
 {
     const int n = g->n;
-    const double h = g->h;
-    double sum[STAGES] = {0.0}, missed = 0.0;
+    double sum[STAGES] = {0.0};
+    g->further[0] = g->further[1] = 0.0;
+    if (s->projects_stages || !gauss_has_loads(s))
+        return;
     for (int i = 0; i < g->rows; i++) {
         const double *c = g->legendre + i * STAGES;
-        const double of_u = h / allowed_error(tolerance, n + i, fmax(fabs(y[n + i]), fabs(y1[n + i])));
-        const double of_q = i < n ? h * h / allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i]))) : 0.0;
+        const double scale = allowed_error(tolerance, n + i, fmax(fabs(y[n + i]), fabs(y1[n + i])));
         for (int k = STAGES - 4; k < STAGES; k++)
-            sum[k] += (of_u * of_u + of_q * of_q) * c[k] * c[k];
+            sum[k] += (c[k] / scale) * (c[k] / scale);
     }
     for (int k = STAGES - 2; k < STAGES; k++)
-        missed += sum[k] < sum[k - 2] ? sum[k] * pow(sum[k] / sum[k - 2], TO_ORDER) : sum[k];
-    return sqrt(missed / size);
+        g->further[k - (STAGES - 2)] = sum[k] < sum[k - 2] ? pow(sum[k] / sum[k - 2], 0.5 * TO_ORDER) : 1.0;
 }
 
 /* End of the step, and what the estimates are made of */
@@ -219,7 +220,7 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
     }
     /* coefficients do not shrink as each other where a load begins as a root: the end sees then what the polynomial misses */
     g->first = s->model->switches ? 0.0 : sqrt(first / size);
-    g->rough = missed_by_end(g, size, tolerance, y, y1);
+    look_further(g, s, tolerance, y, y1);
 }
 
 /* The step by DOP853. */
@@ -282,16 +283,21 @@ static double *gauss_estimates(double *scratch, int size, int *count)
     return g->replaced ? dop853.estimates(g->other, size, count) : g->estimate;
 }
 
-/* Size of the last coefficients of the step that was taken: what the stage polynomial misses inside of it, in tolerances */
+/* Size of the last coefficients of the step that was taken: what the stage polynomial misses inside of it, in tolerances. `rough`, if it is not NULL, is
+ * what the end of the step misses if coefficients go on to shrink as the last do. */
 static double last_coefficients(const struct gauss *g, int size, struct tolerance tolerance, const double *y,
-                                const double *y1)
+                                const double *y1, double *rough)
 {
-    double sum = 0.0;
+    double sum = 0.0, further = 0.0;
     for (int i = 0; i < size; i++) {
         const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
         const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
+        const double on = g->further[1] * last, before = g->further[0] / EARLIER * earlier;
         sum += last * last + earlier * earlier;
+        further += on * on + before * before;
     }
+    if (rough)
+        *rough = sqrt(further / size);
     return sqrt(sum / size);
 }
 
@@ -305,12 +311,13 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
-    const double size_of = last_coefficients(g, size, tolerance, y, y1);
+    double rough;
+    const double size_of = last_coefficients(g, size, tolerance, y, y1, &rough);
     const double ratio = size_of / g->first;
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
     const double smooth = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
-    const double error = fmax(smooth, ROUGH * g->rough), cautious = fmax(CAUTION * smooth, g->rough);
+    const double error = fmax(smooth, ROUGH * rough), cautious = fmax(CAUTION * smooth, rough);
     const double slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
@@ -362,7 +369,7 @@ double gauss_cut(const struct system *s, double *scratch, double part, struct to
     memcpy(g->start, y, s->size * sizeof *y);
     memcpy(y1, y, s->size * sizeof *y);
     follow(g, 1.0, y1);
-    return last_coefficients(g, s->size, tolerance, y, y1);
+    return last_coefficients(g, s->size, tolerance, y, y1, NULL);
 }
 
 static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y,

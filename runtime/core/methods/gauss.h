@@ -15,7 +15,7 @@ struct gauss {
     int known;          /* whether `legendre` holds its stage polynomial */
     int replaced;       /* whether DOP853 took the step */
     double first;       /* size of the first coefficients but the constant, in tolerances */
-    double rough;       /* what the end misses where the last coefficients shrink slowly, in tolerances */
+    double further[2];  /* what the two last coefficients shrink by up to the degree that the end of the step misses */
     double contraction; /* of the last sweep */
     double
         along; /* part of the tolerance that the last sweep may change where it still changes more across the closure; else 0 */
@@ -55,11 +55,17 @@ void gauss_stage(struct gauss *g, int j, double h, const double *y);
 enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
                          const double *y, const double *dy, int *converged);
 
+/* Whether something may set in within a step: loads that have no potential, or switch. What follows from a smooth potential alone does not. */
+static inline int gauss_has_loads(const struct system *s)
+{
+    return s->size > 2 * s->n || s->model->switches;
+}
+
 /* Compares the stage polynomial of the step with the accelerations at its ends: into the last two estimates. */
 enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, double h, const double *y,
                                 const double *y1);
 
-/* What the step has not seen of its beginning and of its end, in tolerances, up to a few */
+/* What the step has not seen of its beginning and of its end, in tolerances */
 double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);
 
 /* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. Returns what the polynomial misses inside of

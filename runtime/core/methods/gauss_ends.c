@@ -10,8 +10,7 @@
  * and what rounding leaves of the accelerations, carried on to the end. The rest lasts up to the next stage at most, and changes the velocities by
  * no more than that times the way there.
  *
- * Where a run begins anew that is done for every model, further on for those with loads that have no potential, or switch: what follows from a smooth
- * potential alone does not set in.
+ * Where a run begins anew that is done for every model, further on where something may set in.
  */
 #include "methods/gauss.h"
 
@@ -24,7 +23,6 @@
 static const double EXPLAINED = 2.0;
 static const double CARRIED = 5.6; /* 1 + sum over the stages of what the polynomial at an end takes of each, in size */
 static const double UNIT = 4.0 * DBL_EPSILON;
-static const double MOST = 10.0; /* beyond it steps are shortened by as much as they may be anyway */
 
 /* What is left of a miss beside this noise */
 static double beyond(double miss, double noise)
@@ -62,7 +60,7 @@ enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, dou
     const double t1 = just_before(t + h, h);
     memset(missed, 0, 2 * s->size * sizeof *missed);
     g->ended = 0;
-    if (s->projects_stages || !(g->fresh || s->size > 2 * s->n || s->model->switches))
+    if (s->projects_stages || !(g->fresh || gauss_has_loads(s)))
         return OUTCOME_DONE;
     enum outcome outcome = g->begun ? OUTCOME_DONE : system_derivative(s, t, y, g->begin);
     g->begun = !outcome;
@@ -98,5 +96,5 @@ double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance,
     }
     const double shrink = before > last ? sqrt(last / before) : 1.0;
     const double explained = EXPLAINED * sqrt(last * shrink), missed = sqrt(fmax(at_begin, at_end));
-    return fmin(MOST, NODE[0] * fmax(0.0, missed - explained) / sqrt(size));
+    return NODE[0] * fmax(0.0, missed - explained) / sqrt(size);
 }

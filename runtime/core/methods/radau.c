@@ -36,7 +36,7 @@ static const double FAR =
     2.5; /* times the length of the step before that its accelerations are carried on by at most */
 static const double ENDS_ALIKE = 1e-9; /* part of a step by which the next one may begin elsewhere */
 static const double CAUTION =
-    100.0; /* times the error that the divided difference tells: its stages are of two steps, and have errors of their own */
+    200.0; /* times the error that the divided difference tells: its stages are of two steps, and have errors of their own */
 static const double JUMP =
     2.7; /* times what the embedded formula says: where accelerations jump between two stages the end misses up to 2.66 of that */
 static const double UNIT = 4.0 * DBL_EPSILON;
