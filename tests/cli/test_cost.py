@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from ccgen.generator import load_scene, loop
 from ccgen.generator.cli.app import app
 from ccgen.runtime import methods, simulate
+from ccgen.runtime.cost import accuracy
 from ccgen.runtime.cost.accuracy import Measured, compare, errors, growth, measure, parted_at, recommend, refer
 from ccgen.runtime.precision import wider
 
@@ -101,6 +102,23 @@ def test_runs_that_meet_other_impacts_are_no_reference(workshop: Workshop) -> No
     assert 0.0 < end < 3.0
     assert refer(model, end).doubt <= 1e-6
     assert len(simulate(model, until=end).impacts) >= 2
+
+
+def test_tries_of_an_earlier_end_come_to_an_end(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where two runs part at the same instant whatever the end, no end is suggested after as many tries as are told."""
+    model = workshop.model(BOX)
+    longer = simulate(model, until=1.0)
+    shorter = simulate(model, until=(longer.impacts[0].t + longer.impacts[1].t) / 2.0)
+    asked = []
+
+    def two(_: Any, until: float) -> tuple[Any, None]:
+        asked.append(until)
+        return accuracy.Reference(longer, shorter, np.inf, 1e-12, 1e-12), None
+
+    monkeypatch.setattr(accuracy, "_two", two)
+    with pytest.raises(ValueError, match=r"Choose an end before it: --until$"):
+        refer(model, 3.0)
+    assert len(asked) == 1 + accuracy.TRIED
 
 
 def test_neighbours_of_a_regular_motion_part_slowly(pendulum: Any) -> None:
