@@ -76,8 +76,9 @@ def ccgen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The whole of ccgen with them, compiled for doubles and imported from this folder."""
     site = tmp_path_factory.mktemp("site")
     package = site / "ccgen"
+    kept = shutil.ignore_patterns("__pycache__", "*.so", "*.pyd")
+    shutil.copytree(ROOT / "front", package, ignore=kept)
     for name in ("generator", "templates", "runtime"):
-        kept = shutil.ignore_patterns("__pycache__", "*.so", "*.pyd")
         shutil.copytree(ROOT / name, package / name, ignore=kept)
     for name in ("docs/scripts/model_schema.py", "docs/model.md"):
         (package / name).parent.mkdir(parents=True, exist_ok=True)
