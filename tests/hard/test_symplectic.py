@@ -48,7 +48,7 @@ def test_four_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
     values |= {f"link_{k}.com.x": length / 2 for k, length in enumerate(lengths)}
     values |= {f"link_{k}.inertia": length**2 / 12 for k, length in enumerate(lengths)}
     model = workshop.model(loop(4)).with_parameters(values)
-    q, u = model.start()
+    q = np.array([0.0, 0.0, 0.7853981633974481, 2.3781536464445105, 4.326827755757286, 5.773692537091301])
     q, u = model.project(model.assemble(q), np.array([0.0, 0.0, 1.0, -0.5, 0.4, -0.1]))
     run = simulate(model, q, at_rest_as_a_whole(model, q, u), until=STEPS * h, step=h, method="gauss")
     assert run.success, run.message

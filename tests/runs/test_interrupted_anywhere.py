@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -95,6 +97,15 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
 SHORT = 8
 """Rows between two looks: so that there are many in runs that are short."""
 EVERY_TIER = ("told", "set", "caught and told")
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_tidied_up() -> Iterator[None]:
+    """Python's collector would call what the runtime's objects of earlier tests do at their end, at any instant."""
+    gc.collect()
+    gc.disable()
+    yield
+    gc.enable()
 
 
 class Press:

@@ -31,7 +31,7 @@ static const double ENDS_ALIKE = 1e-9; /* part of a step: one that begins so nea
 static const double EARLIER = 0.2;     /* the last coefficient but one counts by this part */
 static const double TO_ORDER =
     (STAGES + 1) / 2.0; /* pairs of degrees from the last coefficient to the first that the end misses, 2 STAGES */
-enum { ORDER = 16, ESTIMATES = 4, LINE = 8 /* numbers to a line of the cache */ };
+enum { ESTIMATES = 4, LINE = 8 /* numbers to a line of the cache */ };
 
 /* Lays the arrays out from `at` on, unless it is NULL; returns how many numbers they take. */
 static size_t lay_out(struct gauss *g, const struct system *s, double *at)
@@ -172,7 +172,7 @@ static void add(double y, double lost, double increment, double *sum, double *lo
 }
 
 /* How the last coefficients would shrink up to the first degree that the end of the step misses, if they went on as they do: g->further, of degree
- * STAGES - 2 and STAGES - 1. Degrees are compared with those of their own parity, for a motion may be nearly even or odd about the middle of the
+ * STAGES - 2 (from where it is half a pair more, which is left out) and STAGES - 1. Degrees are compared with those of their own parity, for a motion may be nearly even or odd about the middle of the
  * step. What bends within the step shrinks slowly, and may lie far below the first coefficients. That is asked of loads alone, and not past a
  * singular configuration: stages there are as exact as their places are known, which no shorter step mends. */
 static void look_further(struct gauss *g, const struct system *s, struct tolerance tolerance, const double *y,

@@ -7,6 +7,8 @@
 
 #include "methods/gauss_tableau.h"
 
+enum { ORDER = 16 };
+
 /* What the scratch holds. Stages lie side by side, x[i][STAGES], or in blocks of as many as there are lanes. A row stands for
  * each acceleration, and one more for the power if the system has it. */
 struct gauss {

@@ -96,5 +96,8 @@ double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance,
     }
     const double shrink = before > last ? sqrt(last / before) : 1.0;
     const double explained = EXPLAINED * sqrt(last * shrink), missed = sqrt(fmax(at_begin, at_end));
-    return NODE[0] * fmax(0.0, missed - explained) / sqrt(size);
+    const double unseen = NODE[0] * fmax(0.0, missed - explained) / sqrt(size);
+    return fmin(
+        unseen,
+        pow(DBL_MAX, 0.9 / ORDER)); /* its power is an error, and finite, for projection to take what it can from it */
 }

@@ -4,12 +4,12 @@
  * Unknowns are the accelerations of the stages, first guessed by carrying on those of the step before. Simplified Newton iterations find them, with the derivatives of
  * the accelerations with respect to coordinates and velocities at a state before: of a model that was generated with its derivatives from
  * these, else by differences, as many at a time as there are lanes. The equations fall apart into one real and one complex system of
- * the size of the mechanism. Both, factorised, are kept from step to step, whatever their lengths, as long as iterations contract by them; where they no longer do,
+ * the size of the mechanism. Both, factorised, are kept from step to step, as long as iterations contract by them and steps are about as long; where they no longer do,
  * they are made anew at the start of the step.
  *
  * What a step misses is told by two estimates, of which the smaller counts. The embedded formula of order 3 is known at once, damps what is stiff, and is far larger than
- * what a smooth motion misses. The other is that itself: the error of the step is h^6 / 7200 times a derivative of the accelerations, the fifth (of velocities; of
- * coordinates the fourth), whose divided difference over the stages of this step and of the one before is at hand.
+ * what a smooth motion misses. The other is that itself: the error of the step is at most about h^6 / 7200 times a derivative of the accelerations, the fifth (of velocities; of
+ * coordinates the fourth), known from a divided difference over the stages of this step and of the one before.
  */
 #include "methods/method.h"
 
@@ -34,6 +34,9 @@ static const double ALIKE =
     0.2; /* and the part by which steps may be of other lengths: what is stiff is damped as it would be by those */
 static const double FAR =
     2.5; /* times the length of the step before that its accelerations are carried on by at most */
+static const double LONGER =
+    5.0; /* times this step: a step before that was longer knows nothing of what bends within this one. Of a jump the end misses a third of
+          * what the divided difference then tells, at ten times nearly all, at a hundred 68 times as much */
 static const double ENDS_ALIKE = 1e-9; /* part of a step by which the next one may begin elsewhere */
 static const double CAUTION =
     200.0; /* times the error that the divided difference tells: its stages are of two steps, and have errors of their own */
@@ -59,7 +62,8 @@ struct radau {
     int failed;                      /* the iterations of the last step did not converge */
     int done;                        /* the last attempt has stages */
     int known;                       /* there is a step before */
-    int kept, lost;                  /* there are systems; they are known by where they are of alone */
+    int told;                        /* the second estimate tells what the last attempt missed */
+    int kept, lost;                  /* there are systems; they have to be made again, from kept_t, kept_y, kept_dy */
     int exact;                       /* they are of derivatives, not of differences */
     int n, rows, lanes, *pivots;     /* [2 n]: of the real and of the complex system */
     double *f;                       /* [rows][STAGES] accelerations, and power */
@@ -331,10 +335,10 @@ static void correct(struct radau *r)
     }
 }
 
-/* Size of the last correction in tolerances, or in what rounding makes of the motion where that is more: of the speed, and of the largest acceleration
- * of all stages, as from rest there is none at the start. */
-static double size_of_correction(const struct radau *r, const struct system *s, double h, struct tolerance tolerance,
-                                 const double *y)
+/* Size of r->miss, changes of accelerations, in tolerances, or in what rounding makes of the motion where that is more: of the speed, and of the largest acceleration
+ * of all stages, as from rest there is none at the start. `grain` is the size of that rounding. */
+static double size_of_miss(const struct radau *r, const struct system *s, double h, struct tolerance tolerance,
+                           const double *y, double *grain)
 {
     const int n = r->n;
     double moves = 0.0, sum = 0.0;
@@ -343,8 +347,11 @@ static double size_of_correction(const struct radau *r, const struct system *s, 
         for (int j = 0; j < STAGES; j++)
             moves = fmax(moves, fabs(h * r->f[i * STAGES + j]) / s->unit[i]);
     }
+    *grain = 0.0;
     for (int i = 0; i < n; i++) {
-        const double known = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), UNIT * moves * s->unit[i]);
+        const double rounding = UNIT * moves * s->unit[i];
+        const double known = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), rounding);
+        *grain = fmax(*grain, known > 0.0 ? rounding / known : 0.0);
         for (int j = 0; j < STAGES; j++) {
             const double part = h * r->miss[i * STAGES + j] / fmax(known, DBL_MIN);
             sum += part * part;
@@ -353,32 +360,39 @@ static double size_of_correction(const struct radau *r, const struct system *s, 
     return sqrt(sum / (STAGES * n));
 }
 
-/* Iterate until what is left is small against the tolerance, or, where that is none, until rounding is met. */
+/* Iterate until what is left is small against the tolerance, or, where that is none, until rounding is met.
+ *
+ * A small correction tells nothing by itself: systems that are far stiffer than the motion is make small ones of all that the stages miss. So what they miss is small
+ * too, or corrections have become smaller, or are rounding. */
 static enum outcome converge(struct radau *r, struct system *s, double t, double h, struct tolerance tolerance,
                              const double *y, int *converged)
 {
     const int strict = tolerance.rtol == 0.0;
-    double before = INFINITY;
+    double before = INFINITY, contraction = 0.0, grain;
     *converged = 0;
-    r->contraction = 0.0;
     for (int k = 1; k <= (strict ? ITERATIONS_TO_ROUNDING : ITERATIONS); k++) {
         const enum outcome outcome = miss(r, s, t, h, y);
         if (outcome)
             return outcome;
+        const double missed = size_of_miss(r, s, h, tolerance, y, &grain);
         correct(r);
-        const double now = size_of_correction(r, s, h, tolerance, y), rate = now / before, bound = fmax(rate, DOUBT);
+        const double now = size_of_miss(r, s, h, tolerance, y, &grain), rate = now / before, bound = fmax(rate, DOUBT);
         before = now;
-        r->contraction = fmax(r->contraction, rate);
+        contraction = fmax(contraction, rate);
         if (!isfinite(now))
             return OUTCOME_NOT_FINITE;
-        if (now <= REST || (k > 1 && bound < 1.0 && now * bound <= REST * (1.0 - bound)) ||
+        const int small = now <= REST && (missed <= REST || now <= grain || (k > 1 && rate <= SLOWEST));
+        if (small || (k > 1 && bound <= SLOWEST && now * bound <= REST * (1.0 - bound)) ||
             (strict && k > 3 && rate > 0.5 && now <= 1e5)) { /* rounding, which stiffness has made large */
+            if (k > 1)                                       /* one alone tells no rate */
+                r->contraction = contraction;
             *converged = 1;
             return OUTCOME_DONE;
         }
         if (!strict && k > 2 && rate > SLOWEST)
             break;
     }
+    r->contraction = contraction;
     return OUTCOME_DONE;
 }
 
@@ -426,7 +440,7 @@ static void divide(double ratio, int first, double *weight)
     }
 }
 
-/* What divided differences of order 5 and 4 over this step and the one before say: h^6 / 7200 times derivatives, which they are 1/120 and 1/24 of */
+/* What divided differences of order 5 and 4 over this step and the one before say: at most about h^6 / 7200 times derivatives, which they are 1/120 and 1/24 of */
 static void estimate_by_differences(struct radau *r, double h)
 {
     const int n = r->n, size = n + r->rows;
@@ -516,11 +530,11 @@ static enum outcome make_systems(struct radau *r, struct system *s)
     const enum outcome outcome = differentiate(r, s, r->kept_t, r->kept_y, r->kept_dy);
     if (outcome)
         return outcome;
-    r->lost = 0;
     if (factorise(r, s, REAL * h, r->real, r->pivots) ||
         factorise(r, s, (COMPLEX_REAL + I * COMPLEX_IMAGINARY) * h, r->complex_, r->pivots + r->n))
         return interrupted(s->interruption, 0) ? OUTCOME_INTERRUPTED : OUTCOME_NOT_FINITE;
     r->kept = 1;
+    r->lost = 0;
     return OUTCOME_DONE;
 }
 
@@ -570,7 +584,8 @@ static enum outcome radau_step(struct system *s, double *scratch, double t, doub
     if (outcome)
         return outcome;
     estimate(r, h, y, dy);
-    if (r->known)
+    r->told = r->known && fabs(r->before) <= LONGER * fabs(h);
+    if (r->told)
         estimate_by_differences(r, h);
     memcpy(r->start, y, s->size * sizeof *y);
     r->done = converged;
@@ -582,7 +597,7 @@ static double *radau_estimates(double *scratch, int size, int *count)
 {
     struct radau *r = (struct radau *)scratch;
     (void)size;
-    *count = r->known ? ESTIMATES : 1;
+    *count = r->told ? ESTIMATES : 1;
     return r->estimate;
 }
 
@@ -605,7 +620,7 @@ static double radau_measure(const double *scratch, int size, struct tolerance to
     if (r->failed)
         return pow(0.9 * 3.0, ORDER); /* a third of the step */
     const double error = measured(r->estimate, ORDER_OF_ESTIMATE, size, tolerance, y, y1);
-    return r->known ? fmin(error, measured(r->estimate + size, ORDER, size, tolerance, y, y1)) : error;
+    return r->told ? fmin(error, measured(r->estimate + size, ORDER, size, tolerance, y, y1)) : error;
 }
 
 static enum outcome radau_prepare(struct system *s, double *scratch, double t, double h, const double *y,
