@@ -1,4 +1,4 @@
-"""radau keeps its Jacobian, factors and the step before: what they know nothing of is seen none the less."""
+"""What steps keep of those before them, accelerations, Jacobians, factors: what these know nothing of is seen."""
 
 from __future__ import annotations
 
@@ -95,3 +95,21 @@ def test_dry_friction_breaks_away(apart: float, rtol: float, workshop: Workshop)
     slides = 0.75
     q, u = 0.3 + 0.4 * slides**3 / 6.0 / INERTIA, 0.4 * slides**2 / 2.0 / INERTIA
     assert off(run, q, u) <= 10.0 * rtol
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+def test_a_state_goes_on_under_another_torque(method: str, rtol: float, workshop: Workshop) -> None:
+    """From 1 N m to -20 N m: nothing that steps remember is of the second, and they are as exact as those of a run that
+    begins there."""
+    model = workshop.model(ROD + "[gravity]\n")
+    first = simulate(model, until=1.0, rtol=rtol, method=method, inputs={"torque": 1.0})
+
+    def rate(_: float, y: Any) -> list[float]:
+        return [y[1], (-20.0 - 9.81 * 0.5 * np.cos(y[0])) / INERTIA]
+
+    begin = [first.q[-1, 0], first.u[-1, 0]]
+    right = solve_ivp(rate, (0.0, 1.0), begin, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    second = simulate(model, state=first.state, until=2.0, inputs={"torque": -20.0})
+    anew = simulate(model, first.q[-1], first.u[-1], until=1.0, rtol=rtol, method=method, inputs={"torque": -20.0})
+    assert off(second, *right) <= 10.0 * (off(anew, *right) + rtol)
