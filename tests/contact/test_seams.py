@@ -62,8 +62,10 @@ def test_a_ball_rolls_over_seams(law: str, speed: float, method: str, workshop: 
         assert len(run.impacts) <= 2 * 4
         assert sum(impact.energy_loss for impact in run.impacts) <= 1e-14
         assert all(phase.kind != "steps" for phase in run.phases)
-        assert run.q[-1] == pytest.approx([3.5, 0.3, -16.0], abs=1e-7)
-        assert run.u[-1] == pytest.approx([speed, 0.0, -4.0 * speed], abs=1e-7 * speed)
+        # gaps of ten rtol lengths count as closed: so far the ball may go round its own corner at each of four seams
+        off = max(1e-7, 4 * 10.0 * rtol / 0.25)
+        assert run.q[-1] == pytest.approx([3.5, 0.3, -16.0], abs=off)
+        assert run.u[-1] == pytest.approx([speed, 0.0, -4.0 * speed], abs=off * speed)
         assert len(run.t) <= 500
 
 

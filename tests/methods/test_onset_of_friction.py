@@ -98,12 +98,12 @@ def test_a_bend_lies_below_the_first_coefficients(name: str, seed: int, rtol: fl
 
 @pytest.mark.parametrize("rtol", [1e-9, 1e-12])
 def test_smooth_loads_take_no_shorter_steps(rtol: float, workshop: Workshop) -> None:
-    """What a smooth step leaves of the accelerations at its ends goes on from its last coefficients: not counted as
-    unseen, it takes as many steps with a load that hardly acts, for which ends are looked at, as without any."""
+    """What a smooth step leaves of the accelerations at its ends goes on from its last coefficients, and is not counted
+    as unseen: a load that hardly acts takes few more steps than none, for which ends are not looked at."""
     scene = ARM.split("[[brake]]")[0] + "%s[gravity]\n[start]\nangles = { upper = 1.0, fore = 0.5 }\n"
     load = '[[joint_friction]]\njoints = ["elbow"]\nviscous = 1e-12\n'
     free, loaded = (simulate(workshop.model(scene % text), until=3.0, rtol=rtol) for text in ("", load))
-    assert abs(len(loaded.t) - len(free.t)) <= 0.1 * len(free.t)
+    assert len(loaded.t) <= 1.25 * len(free.t)
 
 
 @pytest.mark.sample(3)
