@@ -54,8 +54,8 @@ def impact(
 ) -> tuple[FloatArray, FloatArray]:
     """Velocities u⁺ (nu,) and normal impulses (k,) when ``contacts`` strike together, of one state or a batch.
 
-    Raises ``ValueError`` for unknown or repeated contacts, and where the model's law has no impulses for them, or
-    would add energy.
+    Raises ``ValueError`` for unknown or repeated contacts, and where the model's law has no impulses for them, would
+    add energy, or masses differ so much that rounding hides what contacts can do.
     """
     chosen = model._contacts(contacts)
     if len(set(chosen)) != len(chosen) or not chosen:
