@@ -22,6 +22,8 @@ LONG = 0.1
 """Part of a run for which a joint must be slow to be spoken of: what turns back is so for less."""
 LOADED = 0.01
 """Part of its friction that a load must be at least: it is held at that part of the friction's rate."""
+NOTHING = 1e-12
+"""Part of a viscous moment below which what is beside it is its rounding."""
 DEPENDENT = 1e-10
 """Closure rows whose least singular value is below that part of the largest depend on each other: what the core takes
 for dependent (RANK_TOLERANCE)."""
@@ -56,12 +58,18 @@ def _creeping(scene: Scene, run: Run) -> Iterator[str]:
             continue
         slowly = run.model.parameters[rate.path]
         t = np.linspace(run.t[0], run.t[-1], LOOKS)
+        told = (f"{effect}.torque", f"{effect}.force", f"{effect}.{joint}.moment", f"{effect}.{joint}.force")
+        effort = next((name for name in told if name in names), None)
         try:
-            found = run.values(angle, speed, t=t)
+            found = run.values(angle, speed, *([effort] if effort else []), t=t)
         except ValueError:  # a record that knows no more than its rows
             continue
         slow = np.abs(found[speed]) < slowly
         both = slow[1:] & slow[:-1]
+        if effort:  # brakes begin and end, and may have no torque; viscous friction is none of this
+            viscous = run.model.parameters.get(f"{effect}.viscous", 0.0) * found[speed]
+            acts = np.abs(found[effort] + viscous) > NOTHING * np.abs(viscous)
+            both &= acts[1:] | acts[:-1]  # at rest there is none
         lasts = float(np.sum(np.diff(t)[both]))
         way = float(np.sum(np.abs(np.diff(found[angle])[both])))
         if lasts > LONG * (run.t[-1] - run.t[0]) and way > LOADED * slowly * lasts:

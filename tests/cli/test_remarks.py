@@ -85,6 +85,25 @@ def test_what_holds_no_load_is_not_told(
     assert remarks(tables, workshop, capsys) == ""
 
 
+@pytest.mark.parametrize(
+    "friction",
+    [
+        {"brake": [{"joint": "hinge", "torque": T, "rate": RATE, "begins": 2.0 * SECONDS}]},
+        {"brake": [{"joint": "hinge", "torque": T, "rate": RATE, "ends": 1e-3}]},
+        {"brake": [{"joint": "hinge", "torque": "-2 + 0*t", "rate": RATE}]},
+        {"brake": [{"joint": "hinge", "torque": 0.0, "rate": RATE}]},
+        {"joint_friction": [{"dry": 0.0, "viscous": 1e-6}]},
+    ],
+    ids=["not yet", "no more", "less than none", "none", "viscous"],
+)
+def test_what_does_not_act_is_not_told(
+    friction: dict[str, Any], workshop: Workshop, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The wheel turns on more slowly than the rate of a friction that is not there."""
+    tables = wheel(1e-9, start={"angular_velocities": {"wheel": 0.4 * RATE}}, **friction)
+    assert remarks(tables, workshop, capsys) == ""
+
+
 def test_evaluations_that_are_all_dense_are_told(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
     """Of three parallel cranks one is redundant wherever they stand. A four-bar has none, and a parallelogram that
     starts flat one at its start alone."""
