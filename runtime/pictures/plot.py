@@ -226,7 +226,14 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
     """The gap of every contact while that is on, called after its point, and after what that touches where there are
     several; without contacts how far joints are along their lines, or, where none slides, heights of the joints that
     move, or, where none does, angles."""
-    model, gaps = run.model, frames.states.gaps
+    model, rows = run.model, Sample(run, None)
+    between = ~np.isin(frames.t, run.t)
+    order = np.argsort(np.concatenate([run.t, frames.t[between]]), kind="stable")
+
+    def merged(of_rows: FloatArray, of_frames: FloatArray) -> FloatArray:
+        return np.concatenate([of_rows, of_frames[between]])[order]  # every row: what is quick has few frames a turn
+
+    t, gaps = merged(run.t, frames.t), merged(rows.gaps, frames.states.gaps)
     among = [contact for contact in model.contacts if contact[1] not in model.stops | model.slide_ends]
     known = dict(zip(model.contacts, gaps.T, strict=True))
     points = [point for point, _ in among]
@@ -235,19 +242,20 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
         for point, ground in among
         if not np.isnan(known[point, ground]).all()
     }
-    along = {} if heights else frames.states.slides
+    along = {} if heights else {name: merged(curve, frames.states.slides[name]) for name, curve in rows.slides.items()}
     planes = model.ground_planes()
     grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops, *model.slide_ends}
     level = all(normal[1] > LEVEL for _, normal in planes.values())
     above = "above ground [m]" if level else "off grounds [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
     if not heights and not along:
+        t = frames.t
         heights = _moving({joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)})
         if heights and not any(np.ptp(curve) for curve in heights.values()):  # a pendulum about a fixed pin
             heights = dict(model.joint_angles(frames.q))
             axes.set_ylabel("angle [rad]")
     heights = heights or along
-    named_curves(axes, frames.t, heights)
+    named_curves(axes, t, heights)
     if heights:
         _keep_sensible(axes, np.concatenate(list(heights.values())), size_of_links(model, 1.0))
 

@@ -72,6 +72,23 @@ def test_the_figure_shows_lengths_where_nothing_touches(slider: Run) -> None:
     assert length == pytest.approx(model_of(slider).poses(slider.at(t)[0])[:, 2, 0], abs=1e-12)
 
 
+def test_quick_turns_are_drawn_with_every_row(workshop: Workshop) -> None:
+    """A crank that turns a hundred times: the guide's ends, coupler and crank in a line, are those of the geometry."""
+    pytest.importorskip("matplotlib")
+    model = workshop.model(load_scene(SCENES / "slider-crank.toml"))
+    q, u = model.start()
+    run = simulate(model, q, model.project(q, 300.0 * u / np.abs(u).max())[1], until=2.0)
+    (name,) = model.slides(q)
+    (line,) = draw(run).subfigs[1].axes[1].lines
+    shown, rows = np.asarray(line.get_ydata()), model.slides(run.q)[name]
+    turns = np.abs(run.q[-1] - run.q[0]).max() / (2.0 * np.pi)
+    assert turns > 50
+    assert shown.max() >= rows.max() and shown.min() <= rows.min()
+    drawn = {float(y) for y in shown}
+    tops = rows[1:-1][(rows[1:-1] > rows[:-2]) & (rows[1:-1] > rows[2:])]
+    assert len(tops) > 50 and sum(float(y) in drawn for y in tops) >= 0.9 * len(tops)
+
+
 def test_the_figure_shows_heights_where_something_touches(rolling: Run) -> None:
     pytest.importorskip("matplotlib")
     assert draw(rolling).subfigs[1].axes[1].get_ylabel() == "above ground [m]"
