@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -196,7 +196,9 @@ def _draw_arrows(axes: Any, arrows: list[Arrow], view: View, unit: str) -> None:
 
 
 def _energy(axes: Any, run: Record, frames: Frames) -> None:
-    t, kinetic, potential = _with_both_sides(run, frames)
+    with_rows, (of_kinetic, of_potential) = _with_rows(run, frames), Sample(run, None).energies
+    t, kinetic = with_rows(run.t, frames.t), with_rows(of_kinetic, frames.kinetic)
+    potential = with_rows(of_potential, frames.potential)
     potential = potential - potential.min()  # else changes are lost beside a height that nothing comes to
     axes.plot(t, kinetic, color=COLOURS[3], label="kinetic")
     axes.plot(t, potential, color=COLOURS[4], label="potential,\nfrom its lowest")
@@ -207,33 +209,24 @@ def _energy(axes: Any, run: Record, frames: Frames) -> None:
     _legend(axes)
 
 
-def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time and energies of the frames together with every recorded row, so that jumps are drawn as jumps; of time
-    stepping those of the rows alone: states between them are on a line, which keeps no energy."""
-    kinetic, potential = Sample(run, None).energies
+def _with_rows(run: Record, frames: Frames) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """What puts values at every recorded row and at the frames between rows in the order of time: jumps are drawn as
+    jumps, and quick turns whole; of time stepping the rows alone: states between them are on a line, which keeps no
+    energy."""
     between = ~np.isin(frames.t, run.t)
     for phase in run.phases:
         if phase.kind == "steps":
             between &= (frames.t <= phase.start) | (frames.t >= phase.end)
-    t = np.concatenate([run.t, frames.t[between]])
-    order = np.argsort(t, kind="stable")
-    kinetic = np.concatenate([kinetic, frames.kinetic[between]])
-    potential = np.concatenate([potential, frames.potential[between]])
-    return t[order], kinetic[order], potential[order]
+    order = np.argsort(np.concatenate([run.t, frames.t[between]]), kind="stable")
+    return lambda of_rows, of_frames: np.concatenate([of_rows, of_frames[between]])[order]
 
 
 def _heights(axes: Any, run: Record, frames: Frames) -> None:
     """The gap of every contact while that is on, called after its point, and after what that touches where there are
     several; without contacts how far joints are along their lines, or, where none slides, heights of the joints that
     move, or, where none does, angles."""
-    model, rows = run.model, Sample(run, None)
-    between = ~np.isin(frames.t, run.t)
-    order = np.argsort(np.concatenate([run.t, frames.t[between]]), kind="stable")
-
-    def merged(of_rows: FloatArray, of_frames: FloatArray) -> FloatArray:
-        return np.concatenate([of_rows, of_frames[between]])[order]  # every row: what is quick has few frames a turn
-
-    t, gaps = merged(run.t, frames.t), merged(rows.gaps, frames.states.gaps)
+    model, rows, with_rows = run.model, Sample(run, None), _with_rows(run, frames)
+    t, gaps = with_rows(run.t, frames.t), with_rows(rows.gaps, frames.states.gaps)
     among = [contact for contact in model.contacts if contact[1] not in model.stops | model.slide_ends]
     known = dict(zip(model.contacts, gaps.T, strict=True))
     points = [point for point, _ in among]
@@ -242,7 +235,9 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
         for point, ground in among
         if not np.isnan(known[point, ground]).all()
     }
-    along = {} if heights else {name: merged(curve, frames.states.slides[name]) for name, curve in rows.slides.items()}
+    along = (
+        {} if heights else {name: with_rows(curve, frames.states.slides[name]) for name, curve in rows.slides.items()}
+    )
     planes = model.ground_planes()
     grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops, *model.slide_ends}
     level = all(normal[1] > LEVEL for _, normal in planes.values())
