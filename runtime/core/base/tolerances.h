@@ -383,7 +383,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "events within such a time crowd", \
       "ten times the time in which bounces are over (REST_TIME)") \
     X(CROWD, 200.0, OF_RELATIVE, \
-      "events within an instant (INSTANT): what bounces is at rest, and after twice as many that are no impacts time stepping goes on", \
+      "events within an instant (INSTANT): what bounces is at rest, and after twice as many in which nothing faster than that strikes time stepping goes on", \
       "bounces of nine tenths of the speed before have come to 10^-9 of it by then") \
     X(RATTLE, 1000.0, OF_RELATIVE, \
       "events in a row between which no closed contact moves: what bounces is at rest", \

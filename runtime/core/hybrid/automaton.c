@@ -97,7 +97,9 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     }
     a->at_once++;
     a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
-    if (a->at_once > 2 * (long)CROWD && !a->struck) {
+    const double slowest =
+        -rest_velocity(f, a->event.contact); /* what approaches faster takes energy as it strikes: that ends */
+    if (a->at_once > 2 * (long)CROWD && (!a->struck || f->rates[a->event.contact] >= slowest)) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
     }
