@@ -96,6 +96,8 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 SHORT = 8
 """Rows between two looks: so that there are many in runs that are short."""
+BY_THE_CLOCK = ("told", "check")
+"""Calls of the core: whether Ctrl-C has been pressed."""
 EVERY_TIER = ("told", "set", "caught and told")
 
 
@@ -109,13 +111,16 @@ def nothing_is_tidied_up() -> Iterator[None]:
 
 
 class Press:
-    """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept."""
+    """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept; or of those that the core
+    makes ``by_the_clock``, of which each run has others."""
 
-    def __init__(self, at: int | None = None) -> None:
-        self.at, self.count = at, 0
+    def __init__(self, at: int = 0, *, by_the_clock: bool = False) -> None:
+        self.at, self.by_the_clock, self.count = at, by_the_clock, 0
 
     def __call__(self, frame: FrameType, what: str, _: object) -> None:
         if what != "call" or not frame.f_code.co_filename.startswith(OWN):
+            return
+        if (frame.f_code.co_name in BY_THE_CLOCK) is not self.by_the_clock:
             return
         handler = signal.getsignal(signal.SIGINT)
         if handler is signal.default_int_handler or not callable(handler):
@@ -153,16 +158,16 @@ def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) ->
     counted = Press()  # of a second run: the first makes what later ones find
     counted.during(model, **options)
     kept, missed = [], 0
-    for at in np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist():
-        press = Press(at)
+    places = np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist()
+    for press in [Press(at) for at in places] + [Press(at, by_the_clock=True) for at in (1, 2, 5)]:
         run = press.during(model, **options)
         assert_same_beginning(run, whole)
-        if press.count < at:  # the very last call: runs differ by a few, as by what Python tidies up meanwhile
+        if press.count < press.at:  # the very last call: runs differ by a few, as by what Python tidies up meanwhile
             assert run.success
-            missed += 1
+            missed += not press.by_the_clock
             continue
-        assert not run.success and run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", at
-        if run.t[-1] < whole.t[-1]:
+        assert not run.success and run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", press.at
+        if run.t[-1] < whole.t[-1] and not press.by_the_clock:
             kept.append(len(run.t))
             assert run.nfev > 0 or len(run.t) == 1
     assert missed <= 1 and (not kept or kept == sorted(kept))
