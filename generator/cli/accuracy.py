@@ -18,8 +18,8 @@ from .folders import MODELS, check_folder, check_results, record_results
 from .forces import touches
 from .progress import progress
 from .refusal import Faults, read_option, refusing
-from .scene_file import read, tell_assembly
-from .settings import with_settings
+from .scene_file import tell_assembly
+from .settings import read_set, with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.cost.accuracy import Growth, Measured, Reference
@@ -61,7 +61,7 @@ def price_accuracy(
         faults.add(
             "--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out"
         )
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     if scene and "float" in precisions and touches(scene):
         faults.add(
             "--precision float: found a scene with contacts, expected none: floats are too coarse to find impacts"

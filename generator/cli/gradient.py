@@ -17,11 +17,13 @@ from .detail import Detail
 from .folders import check_results, record_results
 from .progress import progress
 from .refusal import Faults, fail, read_option, refusing
-from .scene_file import read, tell_assembly
-from .settings import with_settings
+from .scene_file import tell_assembly
+from .settings import check_parameter, read_set, with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.cost.gradient import Columns, Measured
+
+    from ..scene import Scene
 
 FILES = ("gradient.csv", "gradient.png")
 COLUMNS = ("way", "rtol", "step", "error", "seconds")
@@ -40,7 +42,9 @@ def price_gradient(
     from ccgen.runtime.simulation.arguments import check_lasting
 
     asked = faults.of(read_option, until, check_lasting, "s")
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
+    if scene and by:
+        faults.of(_check_names, by, scene)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     if scene or out:
         faults.of(check_results, folder, FILES, "--out")
@@ -90,6 +94,21 @@ def price_gradient(
         typer.echo(line)
 
 
+def _names(by: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in by.split(","))
+
+
+def _check_names(by: str, scene: Scene) -> None:
+    """Stop with exit code 2 unless all may be starts, inputs, or parameters of models of the scene."""
+    from ccgen.runtime.functions.arguments import STATES
+
+    known, faults = (*STATES, *(one for effect in scene.effects for one in effect.inputs())), Faults()
+    for name in _names(by):
+        if name not in known:
+            faults.of(check_parameter, name, scene, "--by")
+    faults.stop_if_any()
+
+
 def _columns(model: object, by: str | None, end: float) -> Columns:
     """All by which the run has derivatives, or what is asked for; exit code 2 where there is none."""
     from ccgen.runtime import Model, run_function
@@ -102,7 +121,7 @@ def _columns(model: object, by: str | None, end: float) -> Columns:
             name, why = next(iter(columns.left.items()))
             fail(f"{model.name}: found nothing by which the run has derivatives; by {name}: {why}")
         return columns
-    names = tuple(name.strip() for name in by.split(","))
+    names = _names(by)
     try:
         function = run_function(model, names, "q", until=end)
         function.jacobian(function.x0)

@@ -17,8 +17,7 @@ from .folders import MODELS, check_folder, check_results, record_results
 from .orbit_words import guess_of, read_along, read_pairs, read_section, relabel_of
 from .progress import progress
 from .refusal import Faults, fail, read_option, refusing
-from .scene_file import read
-from .settings import with_settings
+from .settings import check_parameter, read_set, with_settings
 from .sweep import read_count, told_of
 
 if TYPE_CHECKING:
@@ -67,8 +66,10 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         for option, given in others.items():
             if given:
                 faults.add(f"{option}: found without --along, expected with it only; add --along PARAM=LOW:HIGH")
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     along = faults.of(read_along, wanted.along, scene) if wanted.along else None
+    if scene and along:
+        faults.of(check_parameter, along[0], scene, "--along")
     folder = wanted.out
     if scene and along:
         folder = Path("results") / f"{scene.name}-orbit" if folder is None else folder

@@ -33,8 +33,8 @@ from .report import (
     print_missing,
     print_warnings,
 )
-from .scene_file import read, tell_assembly, tell_mobility
-from .settings import with_settings
+from .scene_file import tell_assembly, tell_mobility
+from .settings import read_set, with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
@@ -94,7 +94,7 @@ def run(
     Ctrl-C stops a simulation early too: what it has is kept, drawn and printed.
     """
     arguments = asked.read(faults)
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults, fold=fold)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     wanted = wanted.beside(scene, scene_file) if scene else wanted
     names = (

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -14,11 +15,13 @@ from ..effect_base.written_numbers import check_dimension
 from .detail import Detail
 from .plan_numbers import read_any
 from .refusal import Faults, fail, refusing, value_of
-from .scene_file import SEEN, tell_closing
+from .scene_file import SEEN, read, tell_closing
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
+    from ccgen.runtime.model.parameters import Parameters
 
+    from ..mechanism.links import Parameter
     from ..scene import Scene
 
 OF_RUNS = ("until", "rtol", "method", "step")
@@ -58,27 +61,88 @@ def _number(text: str) -> float:
     return plain if isinstance(plain, float) else read_any(text)
 
 
+def read_set(path: Path, settings: Mapping[str, float], faults: Faults, *, fold: bool = False) -> Scene | None:
+    """The scene in a file, names of its ``[let]`` having the values that ``settings`` give them. What is wrong with it,
+    or with the other settings, is noted, before anything is compiled."""
+    scene = faults.of(read, path, settings)
+    if scene:
+        faults.of(_check_settings, settings, scene, fold)
+    return scene
+
+
+def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool) -> None:
+    """Stop with exit code 2 where models of a scene have no such parameters, they cannot have these values, or there is
+    no start with them."""
+    settings = _besides_let(settings, scene)
+    if not settings:
+        return
+    faults, numbers, begins = Faults(), dict[str, float](), _of_start(scene)
+    for path, value in settings.items():
+        if wrong := _wrong_unit(path, value, scene):
+            faults.add(wrong)
+        elif path not in begins:
+            numbers[path] = float(value)
+    faults.of(_check_numbers, numbers, parameters_of(scene, fold), scene)
+    faults.stop_if_any()
+    scene_with(settings, scene)
+
+
+def _check_numbers(numbers: Mapping[str, float], parameters: Parameters, scene: Scene) -> None:
+    """Stop with exit code 2 where there are no such parameters, or they cannot be these."""
+    try:
+        parameters.update(numbers)
+    except (KeyError, ValueError) as error:
+        told = {f"{path}: ": _meant(path, value, scene) for path, value in numbers.items()}
+        lines = (
+            next((path + said for path, said in told.items() if said and line.startswith(path)), line)
+            for line in str(error).splitlines()
+        )
+        fail("\n".join(f"--set {line}" for line in lines))
+
+
+def parameters_of(scene: Scene, fold: bool = False) -> Parameters:
+    """The parameters of models of a scene, which are known before there is one."""
+    from ccgen.runtime.model.parameters import Parameters
+
+    from ..mechanism.implied import implied
+    from ..package.parameter_data import parameter_data, resting_data
+
+    declared = parameter_data(_parameters(scene))
+    resting = resting_data(scene.mechanism, implied(scene.mechanism, scene.driven))
+    return Parameters(declared, {}, lambda: None, scene.name if fold and declared else "", resting)
+
+
+def check_parameter(path: str, scene: Scene, option: str) -> None:
+    """Stop with exit code 2 where models of a scene have no parameter that an option names."""
+    try:
+        parameters_of(scene)[path]
+    except KeyError as error:
+        fail(f"{option}: {_meant(path, 0.0, scene) or error}")
+
+
 def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, detail: Detail = Detail.USUAL) -> Model:
-    """The model of a scene with these values, which starts where the scene does with them; exit code 2 where it has no
-    such parameters, they cannot be those, or there is no such start.
+    """The model of a scene with these values, which :func:`read_set` has looked at, and which starts where the scene
+    does with them; exit code 2 where its equations have no finite constants then.
 
     What was worked out from a value that is another now, and stays, is told on standard error."""
     settings = _besides_let(settings, scene)
     if not settings:
         return model
-    changed = with_numbers(model, settings, scene)
+    begins = _of_start(scene)
+    with refusing(ValueError):
+        changed = model.with_parameters({path: float(x) for path, x in settings.items() if path not in begins})
     for remark in _angles(settings, scene):
         typer.echo(remark, err=True)
     if detail is not Detail.NOTHING:
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
-    begins = scene_with(settings, scene)
-    if detail is not Detail.NOTHING and _moved(scene, begins):
-        tell_closing(begins, detail, "with these values ")
-    before, settled = _values(scene), _values(begins)
+    meant = scene_with(settings, scene)
+    if detail is not Detail.NOTHING and _moved(scene, meant):
+        tell_closing(meant, detail, "with these values ")
+    before, settled = _values(scene), _values(meant)
     follow = {path: value for path, value in settled.items() if path not in settings and value != before[path]}
     with refusing(ValueError):
-        return changed.with_parameters(follow).with_start(begins.start.poses, begins.start.velocities)
+        return changed.with_parameters(follow).with_start(meant.start.poses, meant.start.velocities)
 
 
 def _besides_let(settings: Mapping[str, float], scene: Scene) -> Mapping[str, float]:
@@ -87,22 +151,6 @@ def _besides_let(settings: Mapping[str, float], scene: Scene) -> Mapping[str, fl
         return settings
     names = scene.to_dict().get("let", {})
     return {path: value for path, value in settings.items() if path not in names}
-
-
-def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> Model:
-    """The model with these values; exit code 2 where it has no such parameters, or they cannot be those."""
-    _check_units(settings, scene)
-    begins = [path for path in _of_start(scene) if path in settings]
-    values = {path: float(value) for path, value in settings.items() if path not in begins}
-    try:
-        return model.with_parameters(values) if values else model
-    except (KeyError, ValueError) as error:
-        told = {f"{path}: ": _meant(path, value, scene) for path, value in settings.items()}
-        lines = (
-            next((path + said for path, said in told.items() if said and line.startswith(path)), line)
-            for line in str(error).splitlines()
-        )
-        fail("\n".join(f"--set {line}" for line in lines))
 
 
 def _meant(path: str, value: float, scene: Scene) -> str:
@@ -178,24 +226,27 @@ def _moved(one: Scene, other: Scene) -> bool:
     return any(abs(a - b) > SEEN for a, b in zip(*off, strict=True))
 
 
+def _parameters(scene: Scene) -> Iterator[Parameter]:
+    """All parameters, in the order in which models have them."""
+    yield from scene.mechanism.parameters()
+    for effect in scene.effects:
+        yield from effect.parameters()
+
+
 def _values(scene: Scene) -> dict[str, float]:
     """Of all parameters, by their paths."""
-    acting = (one for effect in scene.effects for one in effect.parameters())
-    return {one.path: one.value for one in (*scene.mechanism.parameters(), *acting)}
+    return {one.path: one.value for one in _parameters(scene)}
 
 
-def _check_units(settings: Mapping[str, float], scene: Scene) -> None:
-    """Stop with exit code 2 where a value measures something else than its parameter."""
-    faults = Faults()
-    for path, value in settings.items():
-        units = _units_of(scene, path)
-        if not units:
-            continue
-        try:
+def _wrong_unit(path: str, value: float, scene: Scene) -> str:
+    """That a value measures something else than its parameter, if it does."""
+    units = _units_of(scene, path)
+    try:
+        if units:
             check_dimension(value, units)
-        except ExpressionError as error:
-            faults.add(f'--set {path}: found "{getattr(value, "text", value)}", expected {" or ".join(units)}; {error}')
-    faults.stop_if_any()
+    except ExpressionError as error:
+        return f'--set {path}: found "{getattr(value, "text", value)}", expected {" or ".join(units)}; {error}'
+    return ""
 
 
 def _stays(model: Model, settings: Mapping[str, float], scene: Scene) -> list[str]:

@@ -13,8 +13,8 @@ from .detail import Detail
 from .folders import MODELS, check_folder
 from .progress import progress
 from .refusal import Faults, refusing, refusing_options
-from .scene_file import read, tell_assembly
-from .settings import scene_with, with_settings
+from .scene_file import tell_assembly
+from .settings import read_set, scene_with, with_settings
 
 
 def show(
@@ -41,7 +41,7 @@ def show(
     for option in (option for option in given if settings and given[option] and option != "--plan"):
         faults.add(f"--set: found beside {option}, expected without: equations have symbols for values; leave one out")
     faults.of(_check_plan, plan)
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     if scene and plan and not instead:
         faults.of(_check_plan, plan, scene, fold)
     if instead or settings:

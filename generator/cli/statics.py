@@ -16,8 +16,7 @@ from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder, check_picture
 from .refusal import Faults, fail, read_option, refusing
-from .scene_file import read
-from .settings import with_settings
+from .settings import read_set, with_settings
 
 SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
 """Times (s) at which loads are compared with those at 0; those of a table or formula differ at one of them at least."""
@@ -44,7 +43,7 @@ def torque(
     from ccgen.runtime.analysis.crank import check_rate
 
     asked = faults.of(read_option, rate, check_rate, "rad/s") if rate is not None else None
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     turned = faults.of(_driving, scene, scene_file, joint) if scene else None
     if plot is not None:
         faults.of(check_picture, plot, "--plot")
@@ -97,7 +96,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
     """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene

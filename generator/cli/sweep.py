@@ -20,8 +20,7 @@ from .plan_numbers import written
 from .progress import Silence, progress
 from .refusal import STOPPED_EARLY, Faults, fail, refusing
 from .run import FILES
-from .scene_file import read
-from .settings import with_settings
+from .settings import read_set, with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.sweep.results import Results
@@ -44,7 +43,7 @@ def sweep(
     """Make the runs of a plan into the folder ``out``, or go on with it; exit code 3 where it stops before its end."""
     workers = faults.of(read_count, threads, "--threads")
     size = faults.of(read_count, chunk, "--chunk")
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     folder = Path("results") / f"{plan_file.stem}-sweep" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_folder, folder, "--out")
@@ -133,7 +132,7 @@ def replay(
     faults: Faults,
 ) -> None:
     """Make one run of a sweep again, whole, and write its result, plot and player."""
-    scene = faults.of(read, scene_file, settings)
+    scene = read_set(scene_file, settings, faults)
     place = folder / f"run-{run}" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_results, place, FILES, "--out")

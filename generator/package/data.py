@@ -15,6 +15,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
+from .parameter_data import parameter_data, resting_data
 from .schema import ModelData
 from .start_data import coordinates, start_data
 
@@ -60,12 +61,9 @@ def model_data(
         "welded_points": _welded_points(mechanism),
         "q_names": [s.name for s in equations.state.q],
         "u_names": [s.name for s in equations.state.u],
-        "parameters": [
-            {"path": p.path, "value": p.value, "domain": vars(p.domain)}
-            for p in equations.folded or equations.parameters
-        ],
+        "parameters": parameter_data(equations.folded or equations.parameters),
         "folded": bool(equations.folded),
-        "rests_on": {p.path: mechanism.joints[idle.joint].name for idle in topology.implied for p in idle.rests_on},
+        "rests_on": resting_data(mechanism, topology.implied),
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],

@@ -376,7 +376,10 @@ FAULTS = {
     "--fold --precision quad": ["--fold: found without --links or --scene", "--precision: found without --links or"],
     "show nosuch.toml --plan foo": ["--plan: found 'foo', expected 'tip to root'", "nosuch.toml: No such file"],
     "show good.toml --plan dyads": ["--plan: found 'dyads', expected 'tip to root': the mechanism has no dyad"],
-    "show good.toml --set bar.mass=2 --latex": ["--set: found beside --latex, expected without"],
+    "show good.toml --set bar.mass=2 --latex": [
+        "--set: found beside --latex, expected without",
+        "--set bar.mass: found no such parameter",
+    ],
     "show good.toml --tolerances --latex --fold": [
         "--latex: found beside --tolerances",
         "--fold: found beside --tolerances",

@@ -268,6 +268,51 @@ def test_wrong_values_are_told(options: list[str], told: str) -> None:
     assert done.exit_code == 2 and told in done.stderr and not Path("results").exists()
 
 
+MISSPELT = "--set crank.mas: found no such parameter, expected one of the model, as crank.mass"
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        (["run", FOUR_BAR, "--until", "-1", "--set", "crank.com.x=2 kg", "--set", "start.tilt=1"], [
+            "--until: found -1.0", '--set crank.com.x: found "2 kg"',
+            "--set start.tilt: found a value that [start] does not give",
+        ]),
+        (["run", FOUR_BAR, "--rtol", "x", "--set", "crank.inertia=-1", "--set", "coupler.mass=-2"], [
+            "--rtol: found 'x'", "--set crank.inertia: found -1.0, expected a positive number",
+            "--set coupler.mass: found -2.0, expected a positive number",
+        ]),
+        (["run", FOUR_BAR, "--plot", "crank.angel"], ["--plot: "]),
+        (["show", FOUR_BAR, "--plan", "no"], ["--plan: "]),
+        (["cost", FOUR_BAR, "--error", "5"], ["--error: found 5.0"]),
+        (["cost", FOUR_BAR, "--gradient", "--by", "u0,crank.mis", "--until", "-3"],
+         ["--by: crank.mis: found no such parameter", "--until: found -3.0"]),
+        (["torque", FOUR_BAR, "none"], ["JOINT: found 'none'"]),
+        (["equilibrium", FOUR_BAR], []),
+        (["orbit", FOUR_BAR, "--section", "1", "--along", "crank.mis=1:2", "--most", "x"],
+         ["--along: crank.mis: found no such parameter", "--most: found 'x'"]),
+        (["sweep", FOUR_BAR, "plan.toml", "--threads", "x"], ["--threads: found 'x'"]),
+        (["replay", ".", FOUR_BAR, "plan.toml", "0"], []),
+    ],
+    ids=lambda value: value[0] if value and len(value) > 1 else "",
+)  # fmt: skip
+def test_all_faults_of_a_command_are_told_before_anything_is_generated(
+    command: list[str], told: list[str], tmp_path: Path
+) -> None:
+    done = CliRunner().invoke(app, [*command, "--set", "crank.mas=1"])
+    assert done.exit_code == 2
+    assert [one for one in (MISSPELT, *told) if one not in done.stderr] == [], done.stderr
+    assert len(done.stderr.splitlines()) == 1 + len(told)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_start_that_there_is_none_of_is_told_before_anything_is_generated(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, "--set", "crank.points.B.x=70", "--until", "-1"])
+    assert done.exit_code == 2
+    assert "--set: with these values four-bar: " in done.stderr and "--until: found -1.0" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_prices_of_effects_refuse_them() -> None:
     done = CliRunner().invoke(app, ["cost", FOUR_BAR, "--effects", "--set", "crank.mass=2"])
     assert done.exit_code == 2 and "--set: found beside --effects" in done.stderr
