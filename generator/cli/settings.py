@@ -105,11 +105,12 @@ def parameters_of(scene: Scene, fold: bool = False) -> Parameters:
     from ccgen.runtime.model.parameters import Parameters
 
     from ..mechanism.implied import implied
-    from ..package.parameter_data import parameter_data, resting_data
+    from ..package.parameter_data import data_over_time, parameter_data, resting_data
 
     declared = parameter_data(_parameters(scene))
     resting = resting_data(scene.mechanism, implied(scene.mechanism, scene.driven))
-    return Parameters(declared, {}, lambda: None, scene.name if fold and declared else "", resting)
+    folded = scene.name if fold and declared else ""
+    return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects))
 
 
 def check_parameter(path: str, scene: Scene, option: str) -> None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..derive.motion import Couple, Force, Motion
     from ..derive.terms_of_effects import Let, Told
     from ..derive.vectors import Vector
+    from .expression_of_time import OfTime
 
 Contact = tuple[str, PointRef]
 """A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
@@ -71,6 +72,10 @@ class Effect:
     def parameters(self) -> tuple[Parameter, ...]:
         """The effect's own parameters, each once."""
         return ()
+
+    def over_time(self) -> Mapping[str, OfTime]:
+        """What its table gives over time, by the paths that numbers there would have: none is a parameter."""
+        return {}
 
     def describe(self, mechanism: Mechanism) -> str:
         """What ``ccgen show`` says of it behind its title: its parameters, unless it has something better to say."""

@@ -312,6 +312,11 @@ def own_parameters(*quantities: Quantity) -> tuple[Parameter, ...]:
     return tuple(q for q in quantities if isinstance(q, Parameter))
 
 
+def those_over_time(quantities: Mapping[str, Quantity]) -> dict[str, OfTime]:
+    """Those of them, by their paths, that are values over time."""
+    return {path: q for path, q in quantities.items() if isinstance(q, OfTime)}
+
+
 def term(of: Quantity, motion: Motion, name: str) -> Expr:
     """A quantity in the equations; ``name`` is that of a value over time."""
     if isinstance(of, OfTime):

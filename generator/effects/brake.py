@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, term
+from ..effect_base.expression_of_time import (
+    Expression,
+    InTime,
+    Law,
+    OfTime,
+    Quantity,
+    own_parameters,
+    term,
+    those_over_time,
+)
 from ..effect_base.part_at_joint import braker
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
@@ -57,7 +66,7 @@ class Brake(Effect):
     """Resists the motion of joint ``joint`` (an index) with ``effort`` · tanh(ω / ``rate``), from ``first`` to ``last``
     (s) where they are given, and never where the effort is negative.
 
-    ``effort`` is in N m and ``rate`` in rad/s, N and m/s where the joint slides.
+    ``effort`` is in N m and ``rate`` in rad/s, N and m/s where the joint slides. ``key`` is that of its table.
     """
 
     label: str
@@ -67,9 +76,13 @@ class Brake(Effect):
     rate: Parameter
     first: Parameter | None
     last: Parameter | None
+    key: str = field(default="", compare=False)
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.effort, self.rate, self.first, self.last)
+
+    def over_time(self) -> Mapping[str, OfTime]:
+        return those_over_time({f"{self.name}.{self.key}": self.effort})
 
     def sides(self) -> tuple[str, ...]:
         kinds = (("pressed", isinstance(self.effort, Expression)), ("begun", self.first), ("over", self.last))
@@ -132,7 +145,7 @@ def build(table: BrakeTable, index: int, around: Surroundings, complain: Complai
     rate = Parameter(f"{name}.rate", f"w0_{label}", table.rate or RATE, POSITIVE)
     law = getattr(table, key)
     effort = law if isinstance(law, Expression) else Parameter(f"{name}.{key}", f"T_{label}", law, NOT_NEGATIVE)
-    return Brake(label, name, joint, effort, rate, first, last)
+    return Brake(label, name, joint, effort, rate, first, last, key)
 
 
 def _check_keys(table: BrakeTable, slides: bool, complain: Complain) -> bool:

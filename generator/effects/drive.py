@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import Expression, OfTime, Quantity, kinks_of, own_parameters, quantity
+from ..effect_base.expression_of_time import (
+    Expression,
+    OfTime,
+    Quantity,
+    kinks_of,
+    own_parameters,
+    quantity,
+    those_over_time,
+)
 from ..effect_base.part_at_joint import mover
 from ..effect_base.piecewise_in_time import Piecewise
 from ..effect_base.points import find_joint
@@ -55,7 +63,7 @@ class Drive(Effect):
 
     ``given`` is what the law gives: the speed (rad/s or m/s), or the position (rad or m). The acceleration is what
     enters the equations; the force that it takes is the joint's reaction, and its work enters the energy balance.
-    ``key`` is that of its table and ``unit`` what it is measured in, for remarks.
+    ``key`` is that of its table and ``unit`` what it is measured in, for messages.
     """
 
     index: int
@@ -68,6 +76,9 @@ class Drive(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.law) if self.given == "speed" else ()
+
+    def over_time(self) -> Mapping[str, OfTime]:
+        return those_over_time({f"{self.name}.{self.key}": self.law})
 
     def describe(self, mechanism: Mechanism) -> str:
         """``axle at speed drive_0.speed = 6.28``, ``guide at position 0.6 + 0.1 * sin(3 * t)``."""

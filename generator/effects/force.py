@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -18,6 +18,7 @@ from ..effect_base.expression_of_time import (
     own_parameters,
     quantity,
     term,
+    those_over_time,
 )
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Table
@@ -60,6 +61,9 @@ class Force(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(*self.vector)
+
+    def over_time(self) -> Mapping[str, OfTime]:
+        return those_over_time({f"{self.name}.vector.{axis}": of for axis, of in zip("xy", self.vector, strict=True)})
 
     def loads(self, motion: Motion) -> Sequence[Load]:
         from ..derive.motion import Force as Load

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, load_quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import (
+    OfTime,
+    Quantity,
+    kinks_of,
+    load_quantity,
+    own_parameters,
+    quantity,
+    term,
+    those_over_time,
+)
 from ..effect_base.part_at_joint import mover
 from ..effect_base.points import find_joint
 from ..effect_base.rows_in_time import (
@@ -244,7 +253,7 @@ class Integrating(Servo):
 class Motor(Effect):
     """A torque on the second link of a joint (a force, where it slides), and its reaction on the first.
 
-    It follows the law of its ``drive``. Whether its joint ``slides`` is for remarks.
+    It follows the law of its ``drive``. Whether its joint ``slides`` is for messages.
     """
 
     index: int
@@ -256,6 +265,10 @@ class Motor(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return self.drive.parameters()
 
+    def over_time(self) -> Mapping[str, OfTime]:
+        given, key, _ = self._given
+        return those_over_time({f"{self.name}.{key}": given})
+
     def instants(self) -> tuple[Parameter, ...]:
         return tuple(t for t, _ in self.drive.rows) if isinstance(self.drive, Rows) else ()
 
@@ -263,10 +276,7 @@ class Motor(Effect):
         return self.drive.kinks()
 
     def remarks(self) -> tuple[tuple[str, str], ...]:
-        if isinstance(self.drive, Servo):
-            return straying(self.drive.angle, *(("position", "m") if self.slides else ("angle", "rad")))
-        effort = ("force", "N") if self.slides else ("torque", "N m")
-        return straying(self.drive.torque, *effort) if isinstance(self.drive, Given) else ()
+        return straying(*self._given)
 
     def sides(self) -> tuple[str, ...]:
         return self.drive.sides(self) if isinstance(self.drive, Servo) else ()
@@ -293,6 +303,15 @@ class Motor(Effect):
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         return (mover(self.name, mechanism.joints[self.joint]),)
+
+    @property
+    def _given(self) -> tuple[Quantity, str, str]:
+        """What its table gives by a number or over time, at which key and in which unit; rows of a ``table`` are none
+        of this."""
+        if isinstance(self.drive, Servo):
+            return self.drive.angle, *(("position", "m") if self.slides else ("angle", "rad"))
+        effort = ("force", "N") if self.slides else ("torque", "N m")
+        return self.drive.torque if isinstance(self.drive, Given) else None, *effort
 
     def _torque(self, motion: Motion) -> Expr:
         return motion.let(f"torque_motor_{self.index}", self.drive.realise(motion, self))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import dist
 from typing import TYPE_CHECKING
@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
-from ..effect_base.expression_of_time import Quantity, kinks_of, load_quantity, own_parameters, term
+from ..effect_base.expression_of_time import (
+    OfTime,
+    Quantity,
+    kinks_of,
+    load_quantity,
+    own_parameters,
+    term,
+    those_over_time,
+)
 from ..effect_base.rows_in_time import TorqueInTime, law_of, straying
 from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.joints import PointRef
@@ -45,6 +53,9 @@ class Torque(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.torque)
+
+    def over_time(self) -> Mapping[str, OfTime]:
+        return those_over_time({f"{self.name}.torque": self.torque})
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return kinks_of(self.torque)

@@ -15,7 +15,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
-from .parameter_data import parameter_data, resting_data
+from .parameter_data import data_over_time, parameter_data, resting_data
 from .schema import ModelData
 from .start_data import coordinates, start_data
 
@@ -64,6 +64,7 @@ def model_data(
         "parameters": parameter_data(equations.folded or equations.parameters),
         "folded": bool(equations.folded),
         "rests_on": resting_data(mechanism, topology.implied),
+        "over_time": data_over_time(scene.effects),
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..effect_base.effect import Effect
 from ..mechanism.implied import Implied
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
@@ -12,6 +13,11 @@ from ..mechanism.mechanism import Mechanism
 def parameter_data(parameters: Iterable[Parameter]) -> list[dict[str, object]]:
     """Paths, values and domains."""
     return [{"path": one.path, "value": one.value, "domain": vars(one.domain)} for one in parameters]
+
+
+def data_over_time(effects: Iterable[Effect]) -> dict[str, str]:
+    """The paths of what effects have over time where a number would be a parameter, and what that is."""
+    return {path: law.shown for effect in effects for path, law in effect.over_time().items()}
 
 
 def resting_data(mechanism: Mechanism, implied: Iterable[Implied]) -> dict[str, str]:

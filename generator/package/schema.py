@@ -318,6 +318,9 @@ class ModelData(Data):
     rests_on: dict[str, str] = entry(
         "parameters that must keep their values, each with the joint that is left out because it fits others with them"
     )
+    over_time: dict[str, str] = entry(
+        "what has a value over time where a number would be a parameter, by the path of that, and the value", default={}
+    )
     drives: list[DriveData] = entry("the driven joints", "[drives]")
     inputs: list[str] = entry("names of the inputs", "[inputs]")
     accelerations: list[str] = entry("parameters that are the size of a field of accelerations, by their paths")

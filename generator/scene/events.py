@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from typing import Literal
 
 from ..effect_base.arithmetic import ExpressionError, Names, NameWithoutValue
+from ..effect_base.expression_of_time import OfTime
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
@@ -83,14 +84,21 @@ def check_set(
     tables: Sequence[tuple[Path, EventTable]],
     parameters: Mapping[str, Parameter],
     speeds: Collection[str],
+    over_time: Mapping[str, OfTime],
     report: Report,
 ) -> None:
     """What events set are parameters of the scene, and numbers that these may have; none of the ``speeds`` with which
-    driven joints begin."""
+    driven joints begin, and nothing that is given ``over_time``."""
     for path, table in tables:
         for key, value in table.set.items():
             place = (*path, "set", key)
-            if key not in parameters:
+            if key in over_time:
+                report.add(
+                    place,
+                    f'found "{key}", which is given over time, {over_time[key].shown}, expected the path of a '
+                    "parameter; give it a number there",
+                )
+            elif key not in parameters:
                 near = get_close_matches(key, parameters, 3) or list(parameters)[:3]
                 told = " or ".join(f'"{one}"' for one in near)
                 report.add(place, f'found "{key}", expected the path of a parameter, as {told}; correct it')

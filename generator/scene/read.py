@@ -304,7 +304,9 @@ def _events(
         return ()
     acting = [parameter for _, effect in effects for parameter in effect.parameters()]
     speeds = {one.path for _, effect in effects if effect.driven() for one in effect.parameters()}
-    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, speeds, report)
+    over_time = {path: law for _, effect in effects for path, law in effect.over_time().items()}
+    parameters = {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}
+    check_set(rows, parameters, speeds, over_time, report)
     return events_of(rows, bodies.mechanism, names, report)
 
 

@@ -75,7 +75,8 @@ class Compiled:
         self._asked = RLock()
         self._inputs = np.zeros(len(self.inputs))
         folded = self.name if self.folded else ""
-        self._parameters = Parameters(data["parameters"], dict(values or {}), self._rebuild, folded, data["rests_on"])
+        own = data["parameters"], dict(values or {}), self._rebuild, folded
+        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}))
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")

@@ -17,7 +17,8 @@ class Parameters(MutableMapping[str, float]):
     where there is some of both.
     ``declared`` are paths, values and domains as the model's data has them, ``values`` those that are other than there.
     Those of a ``folded`` model (its name) can be read only: its code holds them as numbers. ``rests_on`` are those that
-    must keep their values, each with the joint that the equations leave out because it fits others with them.
+    must keep their values, each with the joint that the equations leave out because it fits others with them;
+    ``over_time`` are the paths of what the scene gives over time, so that it is none of them, and as what.
     """
 
     def __init__(
@@ -27,12 +28,14 @@ class Parameters(MutableMapping[str, float]):
         changed: Callable[[], None],
         folded: str = "",
         rests_on: Mapping[str, str] | None = None,
+        over_time: Mapping[str, str] | None = None,
     ) -> None:
         self._values: dict[str, float] = {one["path"]: one["value"] for one in declared} | dict(values)
         self._domains = {one["path"]: one["domain"] for one in declared}
         self._changed = changed
         self._folded = folded
         self._rests_on = dict(rests_on or {})
+        self._over_time = dict(over_time or {})
 
     def __getitem__(self, name: str) -> float:
         self._known(name)
@@ -85,6 +88,11 @@ class Parameters(MutableMapping[str, float]):
             raise
 
     def _known(self, name: str) -> None:
+        if name in self._over_time:
+            raise UnknownName(
+                f"{name}: found no parameter, for the scene gives it over time, {self._over_time[name]}, expected one "
+                "of the model; write a number in its place in the scene, or names of [let] within it, and set that"
+            )
         if name not in self._values:
             near = self._near(str(name))
             raise UnknownName(
