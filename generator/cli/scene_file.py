@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 SEEN = 1e-9
 """Changes (rad, m) and drawn points farther off (m) than this are spoken of."""
+LAST_DIGIT = 1e-3
+"""Changes are written with three digits; one below the last of them of the largest is nothing beside that."""
+CHANGES = 3
+"""Changed angles, and changed lengths, that are named unless all are asked for: the largest."""
 REMARKS = 8
 """Remarks on values that are told unless all are asked for."""
 
@@ -41,13 +45,14 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
 
 def tell_closing(scene: Scene, detail: Detail, when: str = "") -> None:
     """The same without remarks on values; ``when`` says with which values."""
-    start = scene.start
+    start, everything = scene.start, detail is Detail.ALL
+    changed = _noticeable(start.turned), _noticeable(start.slid)
+    named = None if everything else CHANGES
     changes = [
-        f"angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.assembled_by > SEEN else "",
-        f"lengths changed by up to {start.slid_by:.3g} m ({start.farthest})" if start.slid_by > SEEN else "",
+        _changes_text(what, found, unit, named)
+        for what, found, unit in zip(("angles", "lengths"), changed, ("rad", "m"), strict=True)
     ]
     missed = f"drawn points lie up to {start.missed_by:.3g} m off" if start.missed_by > SEEN else ""
-    everything = detail is Detail.ALL
     if detail is Detail.NOTHING or not (any(changes) or missed or everything):
         return
     from ..documents.assembled import branch_lines
@@ -57,13 +62,30 @@ def tell_closing(scene: Scene, detail: Detail, when: str = "") -> None:
     lines = branch_lines(scene, plan_scene(scene)[0] if everything else span(scene.mechanism, scene.driven))
     closed = f"{len(lines)} loop{'s' * (len(lines) != 1)} closed" if lines else "joints fitted"
     told = ", ".join(filter(None, [closed if any(changes) else "", *changes, missed]))
-    hint = f"; -v for {'its branch' if len(lines) == 1 else 'their branches'}" if lines else ""
+    more = ["the others"] if any(len(found) > CHANGES for found in changed) else []
+    more += ["its branch" if len(lines) == 1 else "their branches"] if lines else []
     if told:
-        tell(scene, when + told + (hint if detail is Detail.USUAL else ""))
+        tell(scene, when + told + (f"; -v for {' and '.join(more)}" if more and not everything else ""))
     for one in start.moved:
         tell(scene, _moved_text(one))
     for line in lines if everything else ():
         tell(scene, f"branch {line}")
+
+
+def _noticeable(changes: Sequence[tuple[str, float]]) -> list[tuple[str, float]]:
+    """Those that are seen, and are not nothing beside the largest."""
+    return [one for one in changes if one[1] > max(SEEN, LAST_DIGIT * changes[0][1])]
+
+
+def _changes_text(what: str, changes: Sequence[tuple[str, float]], unit: str, named: int | None) -> str:
+    """``angles changed by 0.219 rad (coupler), 0.0741 (rocker)``, the ``named`` first ones; empty where there is
+    none."""
+    if not changes:
+        return ""
+    (name, change), *others = changes[:named]
+    told = [f"{what} changed by {change:.3g} {unit} ({name})", *(f"{by:.3g} ({of})" for of, by in others)]
+    left = len(changes) - len(told)
+    return ", ".join(told) + (f" and {left} more" if left else "")
 
 
 def _moved_text(moved: Moved) -> str:

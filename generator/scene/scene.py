@@ -77,10 +77,10 @@ class Moved:
 class Start:
     """A consistent start: every loop is closed and stays closed.
 
-    ``poses``: x, y (m) and angle (rad) of each link's frame; ``velocities``: their rates. ``assembled_by`` is the
-    largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m, and ``most``
-    the link whose angle changed so; ``slid_by`` (m) and ``farthest`` are the same of lengths along lines. Links and
-    lengths of which nothing was said do not count. ``missed_by`` is the largest distance (m) of a joint or frame from
+    ``poses``: x, y (m) and angle (rad) of each link's frame; ``velocities``: their rates. ``turned`` are the links
+    whose angles closing the loops changed, and by how much (rad), the largest change first; none when ``sketch`` was
+    closed to 1e-9 m. ``slid`` are the same of lengths along lines (m), by joints. Links and lengths of which nothing
+    was said are left out. ``missed_by`` is the largest distance (m) of a joint or frame from
     where it was drawn. ``kept_places`` and ``kept_rates`` are angles and lengths, and those whose rates, that stay as
     the scene gives them where loops are closed with other values of parameters: all that are given, if the loops leave
     them all free. ``wanted`` are the displacements of the sketch, angles (rad) and lengths in units of ``unit`` (m),
@@ -92,11 +92,9 @@ class Start:
 
     poses: tuple[Triple, ...]
     velocities: tuple[Triple, ...]
-    assembled_by: float
     sketch: Sketch
-    most: str = ""
-    slid_by: float = 0.0
-    farthest: str = ""
+    turned: tuple[tuple[str, float], ...] = ()
+    slid: tuple[tuple[str, float], ...] = ()
     missed_by: float = 0.0
     kept_places: tuple[Kept, ...] = ()
     kept_rates: tuple[Kept, ...] = ()
@@ -106,6 +104,16 @@ class Start:
     free_rates: bool = False
     kept_drives: tuple[int, ...] = ()
     moved: tuple[Moved, ...] = ()
+
+    @property
+    def assembled_by(self) -> float:
+        """The largest change of an angle (rad), 0 where there is none."""
+        return self.turned[0][1] if self.turned else 0.0
+
+    @property
+    def slid_by(self) -> float:
+        """The largest change of a length (m), 0 where there is none."""
+        return self.slid[0][1] if self.slid else 0.0
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def begin(
         away = offset(bodies.mechanism, poses.tolist(), sketch.drawn)
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
-    start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
+    start = Start(_triples(poses), _triples(velocities), sketch)
     places, moving = _given_entries(sketch, along)
     untouched = all(abs(found[k] - wanted[k]) <= SKETCH for k in places)
     staying = _kept(driven.jacobian(found), places) if untouched else None
@@ -250,8 +250,8 @@ def _check_slides(
 def _judged(
     start: Start, layout: Layout, wanted: Real, found: Real, loose: Sequence[int], mechanism: Mechanism
 ) -> Start:
-    """The start with how far it is from its sketch: the link that turned most, the joint that slid most, the drawn
-    point that is farthest off."""
+    """The start with how far it is from its sketch: links that turned, joints that slid, and the drawn point that is
+    farthest off."""
     off = [offset(mechanism, start.poses, [anchor]) for anchor in start.sketch.drawn]
     start = replace(start, missed_by=max(map(abs, off), default=0.0))
     if float(np.abs(layout.closure(wanted)).max(initial=0.0)) <= SKETCH:
@@ -259,15 +259,17 @@ def _judged(
     count = len(start.poses)
     moved = np.abs(found - wanted)
     moved[[*loose]] = 0.0
-    turned, slid = moved[:count], moved[count:] * layout.unit
-    if turned.any():
-        most = int(np.argmax(turned))
-        start = replace(start, assembled_by=float(turned[most]), most=mechanism.links[most].name)
-    if slid.any():
-        farthest = int(np.argmax(slid))
-        name = mechanism.joints[layout.lines[farthest].joint].name
-        start = replace(start, slid_by=float(slid[farthest]), farthest=name)
-    return start
+    links = [link.name for link in mechanism.links]
+    joints = [mechanism.joints[line.joint].name for line in layout.lines]
+    return replace(
+        start, turned=_largest_first(links, moved[:count]), slid=_largest_first(joints, moved[count:] * layout.unit)
+    )
+
+
+def _largest_first(names: Sequence[str], changes: Real) -> tuple[tuple[str, float], ...]:
+    """The changes that are not zero, each with its name; of equal ones the first in the scene."""
+    changed = [(name, float(change)) for name, change in zip(names, changes, strict=True) if change]
+    return tuple(sorted(changed, key=lambda one: -one[1]))
 
 
 def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:
