@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from bisect import bisect_right
+from typing import NamedTuple
 
 from .errors import Path
 
@@ -25,13 +26,36 @@ def locate(text: str) -> dict[Path, int]:
     return _Locator(text).run()
 
 
+class Declared(NamedTuple):
+    """A key or a table that a text declares: its ``path``, the ``line`` (from 1), and where the key itself stands in
+    the text. ``before`` is the line in which the path, or the closest table above it, ``within``, was declared before,
+    ``None`` where none was."""
+
+    path: Path
+    line: int
+    start: int
+    end: int
+    within: Path
+    before: int | None
+
+
+def last_declared(text: str) -> Declared | None:
+    """The last key or table that the beginning of a TOML text declares, which may end inside of lists and tables."""
+    locator = _Locator(text)
+    locator.run()
+    return locator.last
+
+
 class _Locator:
     def __init__(self, text: str) -> None:
         self._text = text
         self._at = 0
         self._ends = [match.start() for match in re.finditer("\n", text)]
         self._count: dict[Path, int] = {}
+        self._declared: dict[Path, int] = {}
+        self._whole = True
         self.lines: dict[Path, int] = {}
+        self.last: Declared | None = None
 
     def run(self) -> dict[Path, int]:
         table: Path = ()
@@ -49,28 +73,46 @@ class _Locator:
         line = self._line()
         many = self._text.startswith("[[", self._at)
         self._at += 2 if many else 1
-        keys = self._keys()
+        start, keys, end = self._at, self._keys(), self._at
         self._at += 2 if many else 1
         path: Path = ()
+        above: list[Path] = []
         for depth, key in enumerate(keys):
             path += (key,)
-            self.lines.setdefault(path, line)
+            above.append(path)
             if many and depth == len(keys) - 1:
                 self._count[path] = self._count.get(path, -1) + 1
             if path in self._count:
                 path += (self._count[path],)
-        self.lines.setdefault(path, line)
+        declared = self._declare(path, line, start, end)
+        for one in (*above, path):
+            self.lines.setdefault(one, line)
+        self._note(declared)
         return path
 
     def _pair(self, table: Path) -> None:
         """``a.b = value`` inside ``table``."""
-        line = self._line()
-        for key in self._keys():
+        line, start, keys, end = self._line(), self._at, self._keys(), self._at
+        declared = self._declare((*table, *keys), line, start, end)
+        for key in keys:
             table += (key,)
             self.lines.setdefault(table, line)
         self._at += 1  # =
         self._blank()
         self._value(table)
+        if self._whole:
+            self._note(declared)
+
+    def _declare(self, path: Path, line: int, start: int, end: int) -> Declared:
+        """What is declared, and what was before that."""
+        if path not in self._declared and path in self.lines:
+            return Declared(path, line, start, end, path, self.lines[path])
+        above = next((path[:k] for k in range(len(path), 0, -1) if path[:k] in self._declared), path)
+        return Declared(path, line, start, end, above, self._declared.get(above))
+
+    def _note(self, declared: Declared) -> None:
+        self.last = declared
+        self._declared.setdefault(declared.path, declared.line)
 
     def _keys(self) -> list[str]:
         """``a."b c".d``, leaving the position at what follows."""
@@ -109,7 +151,7 @@ class _Locator:
             self._value((*path, index))
             index += 1
             self._skip_comma()
-        self._at += 1
+        self._close("]")
 
     def _inline_table(self, path: Path) -> None:
         self._at += 1
@@ -117,6 +159,11 @@ class _Locator:
         while not self._next("}") and self._at < len(self._text):
             self._pair(path)
             self._skip_comma()
+        self._close("}")
+
+    def _close(self, sign: str) -> None:
+        """Go behind the end of a list or table; a text that ends inside of it has no more whole ones around that."""
+        self._whole = self._whole and self._next(sign)
         self._at += 1
 
     def _skip_comma(self) -> None:

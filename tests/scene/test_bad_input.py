@@ -241,7 +241,15 @@ CASES: dict[str, tuple[str, str, str, int, str, tuple[str, ...]]] = {
         "joint",
         ("[[link]]",),
     ),
-    "twice the same key": (GOOD, "links = 4", "links = 4\nlinks = 5", 4, "", ("no valid TOML",)),
+    "twice the same key": (
+        GOOD,
+        "links = 4",
+        "links = 4\nlinks = 5",
+        4,
+        "loop.links",
+        ("found a second time", "line 3 has it too"),
+    ),
+    "a table twice": (GOOD, "[run]", "[run]\nrtol = 1e-8\n[run]", 12, "run", ("found a second time", "line 10 has")),
     "no TOML": (GOOD, "links = 4", "links 4", 3, "", ("no valid TOML", "write KEY = VALUE")),
     "unknown link": (
         BARS,
