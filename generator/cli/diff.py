@@ -7,6 +7,7 @@ from pathlib import Path
 import typer
 
 from ..pipeline import listing
+from .folders import check_there
 from .progress import progress
 from .refusal import Faults, fail, refusing
 from .scene_file import read
@@ -34,6 +35,7 @@ def diff(old: str, new: str) -> None:
 
 def equations(path: Path) -> str:
     """The listing that ``path`` means: that of a generated folder, of a scene, or the file itself."""
+    check_there(path, f"a generated folder, an {LISTING} or a scene")
     file = path / LISTING if path.is_dir() else path
     if not file.is_file():
         fail(f"{file}: found no such file, expected a generated folder, an {LISTING} or a scene")

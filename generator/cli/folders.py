@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ..package.parts import is_package
 from ..package.replace import STAGING, OutputError, check_length
+from ..scene.near_files import as_there
 from .refusal import fail
 
 MODELS = Path("build")
@@ -41,6 +42,13 @@ def check_folder(folder: Path, option: str) -> None:
         Path(tempfile.mkdtemp(prefix=STAGING, dir=nearest)).rmdir()
     except OSError as error:  # as in a file system that takes no files, or is full
         fail(f"{option} {folder}: found no way to write in {nearest} ({error.strerror}); name another folder")
+
+
+def check_there(path: Path, what: str, *ends: str) -> None:
+    """Stop with exit code 2 unless ``path``, which is to be ``what``, is there; names with one of these ``ends`` may be
+    meant for it."""
+    if not path.exists():
+        fail(f"{path}: found no such file, expected {what}{as_there(path, *ends or ('',))}; correct the name")
 
 
 def check_picture(file: Path, option: str) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from .folders import check_results, record_results
+from .folders import check_results, check_there, record_results
 from .outputs import Wanted
 from .refusal import Faults, fail, refusing
 
@@ -23,7 +23,7 @@ def plot(file: Path, wanted: Wanted, models: Path, out: Path | None, faults: Fau
     result = file / RESULT if file.is_dir() else file
     folder = result.parent if out is None else out
     faults.of(check_results, folder, wanted.files, "--out" if out else "RUN")
-    run = faults.of(_load, result, models)
+    run = faults.of(_load, file, result, models)
     if run is not None:
         faults.of(wanted.check, run.model)
     faults.stop_if_any()
@@ -41,8 +41,9 @@ def plot(file: Path, wanted: Wanted, models: Path, out: Path | None, faults: Fau
     typer.echo(f"written: {', '.join(str(folder / name) for name in wanted.files)}")
 
 
-def _load(result: Path, models: Path) -> Run:
-    """The run, with the model that it is of."""
+def _load(file: Path, result: Path, models: Path) -> Run:
+    """The run in ``result``, which is in or is the ``file`` that was named, with the model that it is of."""
+    check_there(file, "a folder of results, or the .npz file of a run")
     from ccgen.runtime import load_model, load_run
     from ccgen.runtime.load_run import package_of
 

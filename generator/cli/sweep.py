@@ -15,7 +15,7 @@ from ..rebuild import rebuild
 from ..scene.locate import locate
 from .compiled import compiled
 from .detail import Detail
-from .folders import MODELS, check_folder, check_results, record_results
+from .folders import MODELS, check_folder, check_results, check_there, record_results
 from .plan_numbers import written
 from .progress import Silence, progress
 from .refusal import STOPPED_EARLY, Faults, fail, refusing
@@ -24,6 +24,8 @@ from .settings import read_set, with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.sweep.results import Results
+
+PLAN = "a plan (TOML)"
 
 
 def sweep(
@@ -44,6 +46,7 @@ def sweep(
     workers = faults.of(read_count, threads, "--threads")
     size = faults.of(read_count, chunk, "--chunk")
     scene = read_set(scene_file, settings, faults)
+    faults.of(check_there, plan_file, PLAN, ".toml")
     folder = Path("results") / f"{plan_file.stem}-sweep" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_folder, folder, "--out")
@@ -133,6 +136,8 @@ def replay(
 ) -> None:
     """Make one run of a sweep again, whole, and write its result, plot and player."""
     scene = read_set(scene_file, settings, faults)
+    faults.of(check_there, plan_file, PLAN, ".toml")
+    faults.of(check_there, folder, "the folder of a sweep")
     place = folder / f"run-{run}" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_results, place, FILES, "--out")

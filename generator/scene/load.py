@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from .errors import Fault, Path, SceneError
 from .limits import MOST_BYTES, too_large
 from .locate import locate
+from .near_files import as_there
 from .not_toml import not_toml
 from .read import Tables, read_tables
 from .scene import Scene
@@ -69,6 +70,9 @@ def _found(path: str | PathLike[str] | Tables) -> _Found:
         if large := too_large(text):
             raise _unreadable(file, *large)
         tables = tomllib.loads(text)
+    except FileNotFoundError as error:
+        there = f"a scene file (TOML){as_there(path, '.toml')}"
+        raise _unreadable(file, None, f"{error.strerror}; expected {there}; correct the name") from error
     except OSError as error:
         raise _unreadable(file, None, f"{error.strerror}; expected a scene file (TOML)") from error
     except UnicodeDecodeError as error:
