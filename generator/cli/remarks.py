@@ -13,7 +13,8 @@ import typer
 if TYPE_CHECKING:
     from ccgen.runtime import Run
 
-    from ..mechanism.links import Parameter
+    from ..effect_base.effect import Rub
+    from ..mechanism.joints import Joint
     from ..scene.scene import Scene
 
 LOOKS = 1001
@@ -49,43 +50,38 @@ def print_remarks(scene: Scene, run: Run) -> None:
 
 def _creeping(scene: Scene, run: Run) -> Iterator[str]:
     """Joints that dry friction holds by smoothing: ω₀ artanh(M/T) under a moment M of T at most."""
-    names = run.outputs
-    for effect, joint, rate in _rubbing(scene):
-        angle, speed, unit = f"{joint}.angle", f"{joint}.angular_velocity", "rad/s"
-        if angle not in names:
-            angle, speed, unit = f"{joint}.slide", f"{joint}.slide_rate", "m/s"
-        if angle not in names or rate.path not in run.model.parameters:
-            continue
-        slowly = run.model.parameters[rate.path]
-        t = np.linspace(run.t[0], run.t[-1], LOOKS)
-        told = (f"{effect}.torque", f"{effect}.force", f"{effect}.{joint}.moment", f"{effect}.{joint}.force")
-        effort = next((name for name in told if name in names), None)
-        try:
-            found = run.values(angle, speed, *([effort] if effort else []), t=t)
-        except ValueError:  # a record that knows no more than its rows
-            continue
-        slow = np.abs(found[speed]) < slowly
-        both = slow[1:] & slow[:-1]
-        if effort:  # brakes begin and end, and may have no torque; viscous friction is none of this
-            viscous = run.model.parameters.get(f"{effect}.viscous", 0.0) * found[speed]
-            acts = np.abs(found[effort] + viscous) > NOTHING * np.abs(viscous)
-            both &= acts[1:] | acts[:-1]  # at rest there is none
-        lasts = float(np.sum(np.diff(t)[both]))
-        way = float(np.sum(np.abs(np.diff(found[angle])[both])))
-        if lasts > LONG * (run.t[-1] - run.t[0]) and way > LOADED * slowly * lasts:
-            far = f"{math.degrees(way):.3g}°" if unit == "rad/s" else f"{way:.3g} m"
-            yield (
-                f"{joint} creeps against the dry friction of {effect}, slower than its rate of {slowly:g} {unit} for "
-                f"{lasts:.3g} s of the run and by {far} in all, since that is smoothed; with a smaller rate "
-                "in its table it creeps less, in proportion"
-            )
+    joints = scene.mechanism.joints
+    found = ((effect.title, rub) for effect in scene.effects for rub in effect.rubs(scene.mechanism))
+    yield from filter(None, (_creeps(run, joints[rub.joint], rub, title) for title, rub in found))
 
 
-def _rubbing(scene: Scene) -> Iterator[tuple[str, str, Parameter]]:
-    """Dry friction in joints: whose, in which joint, and the rate about which it changes its sign."""
-    joints = [joint.name for joint in scene.mechanism.joints]
-    for effect in scene.effects:
-        yield from ((effect.title, joints[index], rate) for index, rate in effect.rubs())
+def _creeps(run: Run, joint: Joint, rub: Rub, effect: str) -> str:
+    """That a joint creeps against friction of the ``effect`` of this title, if it does."""
+    angle, speed, unit = f"{joint.name}.angle", f"{joint.name}.angular_velocity", "rad/s"
+    if joint.slides:
+        angle, speed, unit = f"{joint.name}.slide", f"{joint.name}.slide_rate", "m/s"
+    parameters, effort = run.model.parameters, f"{effect}.{rub.told}"
+    if rub.rate.path not in parameters or not {angle, effort} <= run.outputs.keys():
+        return ""
+    slowly, t = parameters[rub.rate.path], np.linspace(run.t[0], run.t[-1], LOOKS)
+    try:
+        found = run.values(angle, speed, effort, t=t)
+    except ValueError:  # a record that knows no more than its rows
+        return ""
+    slow = np.abs(found[speed]) < slowly
+    viscous = (parameters[rub.viscous.path] if rub.viscous else 0.0) * found[speed]
+    acts = np.abs(found[effort] + viscous) > NOTHING * np.abs(viscous)  # brakes begin and end, and may have no torque
+    both = slow[1:] & slow[:-1] & (acts[1:] | acts[:-1])  # at rest there is none
+    lasts = float(np.sum(np.diff(t)[both]))
+    way = float(np.sum(np.abs(np.diff(found[angle])[both])))
+    if lasts <= LONG * (run.t[-1] - run.t[0]) or way <= LOADED * slowly * lasts:
+        return ""
+    far = f"{math.degrees(way):.3g}°" if unit == "rad/s" else f"{way:.3g} m"
+    return (
+        f"{joint.name} creeps against the dry friction of {effect}, slower than its rate of {slowly:g} {unit} for "
+        f"{lasts:.3g} s of the run and by {far} in all, since that is smoothed; with a smaller rate in its table it "
+        "creeps less, in proportion"
+    )
 
 
 def _always_dense(run: Run) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..mechanism.assembled import Assembled
 from ..mechanism.joints import PointRef
@@ -59,6 +59,17 @@ class Level:
     def height(self, x: float, y: float) -> float:
         """Distance of (x, y) from the plane, along its normal (m)."""
         return (x - self.point[0]) * self.normal[0] + (y - self.point[1]) * self.normal[1]
+
+
+class Rub(NamedTuple):
+    """Smoothed dry friction in a ``joint`` (an index): the ``rate`` (rad/s, or m/s along its line) about which it
+    changes its sign, what :meth:`Effect.outputs` calls its moment (force), and the friction in proportion to the rate
+    that is ``viscous`` in that beside it."""
+
+    joint: int
+    rate: Parameter
+    told: str
+    viscous: Parameter | None = None
 
 
 class Effect:
@@ -137,9 +148,8 @@ class Effect:
         """Whether effects of this kind put forces or moments on links."""
         return cls.loads is not Effect.loads
 
-    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
-        """Joints (indices) that it resists by smoothed dry friction, each with the rate (rad/s, or m/s along its line)
-        about which that changes its sign."""
+    def rubs(self, mechanism: Mechanism) -> tuple[Rub, ...]:
+        """Joints that it resists by smoothed dry friction."""
         return ()
 
     def driven(self) -> tuple[int, ...]:

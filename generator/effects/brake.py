@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Rub, Surroundings
 from ..effect_base.expression_of_time import (
     Expression,
     InTime,
@@ -23,6 +23,7 @@ from ..effect_base.part_at_joint import braker
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
+from ..mechanism.joints import Joint
 from ..mechanism.links import ANY, NOT_NEGATIVE, POSITIVE, Parameter
 from ..mechanism.mechanism import Mechanism
 
@@ -93,8 +94,9 @@ class Brake(Effect):
         values = [self._effort(motion)] if isinstance(self.effort, Expression) else []
         return [*values, *(motion.time - motion.value(instant) for instant in (self.first, self.last) if instant)]
 
-    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
-        return ((self.joint, self.rate),)
+    def rubs(self, mechanism: Mechanism) -> tuple[Rub, ...]:
+        asked, _ = _told_of(mechanism.joints[self.joint])
+        return (Rub(self.joint, self.rate, asked),)
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         return motion.joint_effort(self.joint, -self._moment(motion))
@@ -105,9 +107,9 @@ class Brake(Effect):
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The torque (the force along its line) on the joint's second link, and its power."""
-        asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
-        second = motion.joint(self.joint).second.link
-        return (asked, unit, -self._moment(motion), second), ("power", "W", self.power(motion))
+        joint = motion.joint(self.joint)
+        told = (*_told_of(joint), -self._moment(motion), joint.second.link)
+        return told, ("power", "W", self.power(motion))
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         return (braker(self.name, mechanism.joints[self.joint]),)
@@ -124,6 +126,11 @@ class Brake(Effect):
             most *= 1 - on if side.endswith("_over") else on
         slip = motion.let(f"slip_{self.label}", motion.joint_speed(self.joint))
         return motion.let(f"moment_{self.label}", most * tanh(slip / motion.value(self.rate)))
+
+
+def _told_of(joint: Joint) -> tuple[str, str]:
+    """What runs call what a brake does at a joint, and its unit."""
+    return ("force", "N") if joint.slides else ("torque", "N m")
 
 
 def build(table: BrakeTable, index: int, around: Surroundings, complain: Complain) -> Brake | None:

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Rub, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
+from ..mechanism.joints import Joint
 from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Domain, Parameter
+from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -82,8 +84,11 @@ class JointFriction(Effect):
         given = (self.viscous, self.dry, self.rate, self.breakaway, self.stribeck)
         return tuple(p for p in given if p is not None)
 
-    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
-        return tuple((index, self.rate) for index in self.joints) if self.rate else ()
+    def rubs(self, mechanism: Mechanism) -> tuple[Rub, ...]:
+        if self.rate is None:
+            return ()
+        names = ((index, _told_of(mechanism.joints[index])[0]) for index in self.joints)
+        return tuple(Rub(index, self.rate, name, self.viscous) for index, name in names)
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """The moment resists on the joint's second link, and drags the first along."""
@@ -104,8 +109,7 @@ class JointFriction(Effect):
         told: list[Told] = []
         for index in self.joints:
             joint = motion.joint(index)
-            asked, unit = ("force", "N") if joint.slides else ("moment", "N m")
-            told.append((f"{joint.name}.{asked}", unit, -self._moment(motion, index), joint.second.link))
+            told.append((*_told_of(joint), -self._moment(motion, index), joint.second.link))
         return [*told, ("power", "W", self.power(motion))]
 
     def _moment(self, motion: Motion, index: int) -> Expr:
@@ -123,6 +127,12 @@ class JointFriction(Effect):
 
     def _slip(self, motion: Motion, index: int) -> Expr:
         return motion.let(f"slip_{self.label}_{index}", motion.joint_speed(index))
+
+
+def _told_of(joint: Joint) -> tuple[str, str]:
+    """What runs call the friction in a joint, and its unit."""
+    asked, unit = ("force", "N") if joint.slides else ("moment", "N m")
+    return f"{joint.name}.{asked}", unit
 
 
 def build(table: FrictionTable, index: int, around: Surroundings, complain: Complain) -> JointFriction | None:

@@ -73,6 +73,39 @@ def test_on_a_line_it_is_told_in_metres(workshop: Workshop, capsys: pytest.Captu
     assert f"rate of 0.01 m/s for 3 s of the run and by {RATE * math.atanh(0.5) * SECONDS:.3g} m in all" in told
 
 
+def test_of_a_pin_in_a_slot_the_way_along_it_is_told(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
+    """It turns too, which the friction along its line does not resist."""
+    tables = sledge(0.5 * T)
+    tables["joint"][0] |= {"type": "pin-in-slot"}
+    told = remarks(tables, workshop, capsys)
+    assert f"rate of 0.01 m/s for 3 s of the run and by {RATE * math.atanh(0.5) * SECONDS:.3g} m in all" in told
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        {"joint_friction": [{"dry": T, "viscous": 0.5}]},
+        {"joint_friction": [{"name": "grease", "dry": T}]},
+        {"brake": [{"name": "clasp", "joint": "hinge", "KEY": T}]},
+    ],
+    ids=["viscous", "named", "brake"],
+)
+@pytest.mark.parametrize("tables", [wheel(1.0), sledge(1.0)], ids=["turns", "slides"])
+def test_effects_say_what_tells_their_friction(
+    tables: dict[str, Any], friction: dict[str, Any], workshop: Workshop
+) -> None:
+    """Less what is viscous, that is T tanh(w/w0) at any rate w."""
+    slides = "force" in tables
+    rows = {key: [{("force" if slides else "torque") if k == "KEY" else k: x for k, x in row.items()} for row in of]
+            for key, of in friction.items()}  # fmt: skip
+    scene = read_tables({key: x for key, x in tables.items() if key != "joint_friction"} | rows, "rubs", "rubs")
+    (effect, rub), = [(effect, rub) for effect in scene.effects for rub in effect.rubs(scene.mechanism)]  # fmt: skip
+    model, rate = workshop.model(scene), rub.rate.value
+    run = simulate(model, u0=[0.7 * rate], until=0.0)
+    viscous = rub.viscous.value * 0.7 * rate if rub.viscous else 0.0
+    assert -run[f"{effect.title}.{rub.told}"][0] - viscous == pytest.approx(T * math.tanh(0.7), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("moment", "start"),
     [(0.005 * T, {}), (0.0, {}), (1.5 * T, {}), (0.0, {"angular_velocities": {"wheel": 3.0}})],
