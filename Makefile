@@ -27,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon gallery quick test oldest another hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
+.PHONY: help hexagon gallery quick test oldest another others hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -105,6 +105,11 @@ another: $(VENV)/test
 	diff $(ANOTHER)/bytes-here $(ANOTHER)/bytes-there && \
 	echo "$$($(BIN)/python --version) and $$($(ANOTHER)/bin/python --version): the same bytes of $(words $(ANOTHER_SCENES)) scenes" && \
 	CCGEN_TEST_CACHE_DIR=$(CURDIR)/$(ANOTHER)/cache $(ANOTHER)/bin/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
+
+# The environments of both, without a test
+others: $(OLDEST)/installed $(VENV)/test
+	@python=$$($(BIN)/python backend/another_python.py); \
+	test -z "$$python" || $(MAKE) --no-print-directory $(ANOTHER)/installed ANOTHER_PYTHON=$$python
 
 $(ANOTHER)/installed: $(COMPILED) pyproject.toml setup.py
 	$(ANOTHER_PYTHON) -m venv --clear $(ANOTHER)
