@@ -49,11 +49,12 @@ static int fixed(struct decision *d, int i, const signed char *mode)
     return left <= IMPLIED_SHARE * d->W[i * all + i];
 }
 
-/* At which limit the friction of contact i is: 1 where it is against forward sliding, -1 backward, 0 within the limits */
-static int at_limit(const struct decision *d, int i)
+/* At which limit, within that part of it and of what rounding of the forces leaves, the friction of contact i is: 1 where it is against forward
+ * sliding, -1 backward, 0 within the limits */
+static int at_limit(const struct decision *d, int i, double part)
 {
     const double limit = d->mu[d->contact[i]] * d->P[i], friction = d->P[d->count + i];
-    const double edge = (d->given[i] ? EDGE_GIVEN : EDGE) * limit;
+    const double edge = fmax(part * limit, EDGE * d->scale / d->W[i * (d->all + 1)]);
     return friction <= -limit + edge ? 1 : friction >= limit - edge ? -1 : 0;
 }
 
@@ -69,7 +70,9 @@ static signed char mode_of(const struct decision *d, int i)
     if (d->mode[i])
         return d->mode[i];
     const int how = d->events_crowd && d->contact[i] == d->loss.contact ? d->loss.how : DETACHES;
-    const int sign = how == SLIPS_FORWARD ? 1 : how == SLIPS_BACKWARD ? -1 : at_limit(d, i);
+    const int sign = how == SLIPS_FORWARD    ? 1
+                     : how == SLIPS_BACKWARD ? -1
+                                             : at_limit(d, i, d->given[i] ? EDGE_GIVEN : EDGE);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
     if (d->events_crowd && sign &&
         ((!moves && d->given[i]) || how == SLIP_ENDS || how == SLIPS_FORWARD || how == SLIPS_BACKWARD))
@@ -92,8 +95,9 @@ static void activate_staying(struct phase *f, struct decision *d, int limits)
     for (int i = 0, k = 0; limits && i < d->count; i++) {
         if (!stays(d, i))
             continue;
-        if (mode[k] != GRAZING && (mode[k] == STICK || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, mode))
-            mode[k] = (signed char)(at_limit(d, i) * AT_LIMIT_FORWARD);
+        const int sign = at_limit(d, i, EDGE_GIVEN);
+        if (mode[k] != GRAZING && (mode[k] == STICK || d->given[i]) && sign && fixed(d, d->count + i, mode))
+            mode[k] = (signed char)(sign * AT_LIMIT_FORWARD);
         k++;
     }
     activate(f->s->active, count, f->set, mode);
