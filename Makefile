@@ -97,7 +97,7 @@ ANOTHER := .cache/another
 ANOTHER_SCENES ?= four-bar slider-crank falling-hexagon jansen-leg quick-return planetary escapement trebuchet
 
 another: $(VENV)/test
-	@python=$$($(BIN)/python backend/another_python.py); \
+	@python=$$($(BIN)/python backend/another_python.py) || exit 1; \
 	if test -z "$$python"; then echo "another Python: found none beside $$($(BIN)/python --version); nothing is compared"; exit 0; fi; \
 	$(MAKE) --no-print-directory $(ANOTHER)/installed ANOTHER_PYTHON=$$python && \
 	$(BIN)/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-here && \
@@ -108,7 +108,7 @@ another: $(VENV)/test
 
 # The environments of both, without a test
 others: $(OLDEST)/installed $(VENV)/test
-	@python=$$($(BIN)/python backend/another_python.py); \
+	@python=$$($(BIN)/python backend/another_python.py) || exit 1; \
 	test -z "$$python" || $(MAKE) --no-print-directory $(ANOTHER)/installed ANOTHER_PYTHON=$$python
 
 $(ANOTHER)/installed: $(COMPILED) pyproject.toml setup.py

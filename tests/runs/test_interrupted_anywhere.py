@@ -111,8 +111,8 @@ def nothing_is_tidied_up() -> Iterator[None]:
 
 
 class Press:
-    """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept; or of those that the
-    core makes ``by_the_clock``, of which each run has others."""
+    """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept. Calls that the core
+    makes by the clock differ from run to run: only a press ``by_the_clock`` counts them, and no others."""
 
     def __init__(self, at: int = 0, *, by_the_clock: bool = False) -> None:
         self.at, self.by_the_clock, self.count = at, by_the_clock, 0

@@ -97,9 +97,10 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     }
     a->at_once++;
     a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
-    const double slowest =
-        -rest_velocity(f, a->event.contact); /* what approaches faster takes energy as it strikes: that ends */
-    if (a->at_once > 2 * (long)CROWD && (!a->struck || f->rates[a->event.contact] >= slowest)) {
+    /* What strikes faster than what rests loses energy, or with e = 1 is ended by what a window may have. */
+    const int bounces =
+        a->struck && (a->event.watch != CLOSES || f->rates[a->event.contact] < -rest_velocity(f, a->event.contact));
+    if (a->at_once > 2 * (long)CROWD && !bounces) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
     }
