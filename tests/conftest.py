@@ -21,7 +21,7 @@ pytest.register_assert_rewrite("tests.support")  # before it is imported: what a
 
 from .support.quick import is_quick  # noqa: E402
 from .support.skips import skips  # noqa: E402
-from .support.tiers import leave_samples  # noqa: E402
+from .support.tiers import LARGE, leave_large, leave_samples  # noqa: E402
 from .support.workshop import Workshop  # noqa: E402
 
 
@@ -31,10 +31,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark what the tiers run, before any tests are chosen by their marks: what of samples only ``make hard`` runs, and
-    the quick tests, which ``make quick`` runs."""
+    the quick tests, which ``make quick`` runs. Of surveys only cases that are named, and those that every ``make hard``
+    runs, are left unless CCGEN_LARGE asks for all."""
     leave_samples(items)
+    if not LARGE and not any("::" in argument for argument in config.args):
+        late = leave_large(items)
+        config.hook.pytest_deselected(items=late)
+        left = set(late)
+        items[:] = [item for item in items if item not in left]
     for item in items:
         if is_quick(item):
             item.add_marker("quick")
