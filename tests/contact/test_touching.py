@@ -10,7 +10,7 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from ..support.closed_forms import closed_form
+from ..support.closed_forms import closed_form, put_in
 from ..support.player_page import data_of
 from ..support.touching_scenes import cradle, disc_on_plank
 from ..support.workshop import Workshop
@@ -265,9 +265,8 @@ def test_the_closed_form_has_the_same_rows(workshop: Workshop) -> None:
     for _ in range(3):
         q = rng.normal(size=5)
         values = parameters | dict(zip(form.state.q, map(float, q), strict=True))
-        for a in form.definitions:
-            values[a.symbol] = float(a.expression.subs(values))
-        rows = np.array(form.N.subs(values).evalf(), dtype=float)
+        put_in(values, form.definitions)
+        rows = np.array(form.N.xreplace(values).evalf(), dtype=float)
         wanted = np.array([model.gap_rates(q, unit) for unit in np.eye(5)]).T
         assert rows == pytest.approx(wanted, abs=1e-12)
     assert len(form.definitions) < 100 and form.N.count_ops() < 200

@@ -10,7 +10,7 @@ from ccgen.generator.documents.show import show_text
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import Listing, read_listing
 
-from ..support.closed_forms import LINKS, closed_form
+from ..support.closed_forms import LINKS, closed_form, put_in
 from ..support.effect_examples import EXAMPLES, LOADS, MESHES
 from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
@@ -39,9 +39,8 @@ def test_the_closed_form_with_every_effect_moves_as_the_recursion(form: str, wor
         q, u, inputs = rng.uniform(-2, 2, nu), rng.uniform(-2, 2, nu), rng.uniform(-2, 2, len(_inputs(read)))
         data = values | dict(zip([*shape.state.q, *shape.state.u], [*q, *u], strict=True))
         data |= {sp.Symbol("t"): 0.37, **dict(zip(map(sp.Symbol, _inputs(read)), inputs, strict=True))}
-        for a in shape.forces:
-            data[a.symbol] = float(a.expression.subs(data))
-        m, h, loads, a, bias = (np.array(part.subs(data), dtype=float) for part in matrices)
+        put_in(data, shape.forces)
+        m, h, loads, a, bias = (np.array(part.xreplace(data), dtype=float) for part in matrices)
         kkt = np.block([[m, -a.T], [a, np.zeros((rows, rows))]])
         wanted = np.linalg.solve(kkt, np.concatenate([(loads - h).ravel(), -bias.ravel()]))
         given = {"q": q, "u": u, "t": np.array([0.37]), "inputs": inputs}
@@ -64,9 +63,8 @@ def test_each_effect_has_its_generalized_forces(key: str, workshop: Workshop) ->
     data = {sp.Symbol(name): value for name, value in with_.parameters.items()} | {sp.Symbol("t"): 0.37}
     data |= dict(zip([*form.state.q, *form.state.u], [*q, *u], strict=True))
     data |= {sp.Symbol(name): 1.7 for name in _inputs(with_)}
-    for a in form.forces:
-        data[a.symbol] = float(a.expression.subs(data))
-    found = np.array(form.Q.subs(data), dtype=float).ravel()
+    put_in(data, form.forces)
+    found = np.array(form.Q.xreplace(data), dtype=float).ravel()
     assert np.max(np.abs(wanted)) > 1e-3
     assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12)
 
