@@ -88,16 +88,21 @@ def strike(
     inverse: np.ndarray, before: np.ndarray, free: np.ndarray, rows: list[tuple[float, np.ndarray, np.ndarray]]
 ) -> np.ndarray:
     """Velocities after the impulses of the step, by projections in turn until they stay."""
-    u, impulses = free.copy(), np.zeros((len(rows), 2))
+    if not rows:
+        return free
+    both = np.array([row for _, normal, along in rows for row in (normal, along)], dtype=float)
+    delassus = (both @ inverse @ both.T).tolist()
+    rates, returned = (both @ free).tolist(), [one * float(normal @ before) for one, normal, _ in rows]
+    impulses = [0.0] * len(both)
     for _ in range(200):
-        was = impulses.copy()
-        for impulse, (restitution, normal, along) in zip(impulses, rows, strict=True):
-            wanted = impulse[0] - (normal @ u + restitution * (normal @ before)) / (normal @ inverse @ normal)
-            wanted = max(0.0, wanted)
-            u, impulse[0] = u + inverse @ normal * (wanted - impulse[0]), wanted
-            most = FRICTION * impulse[0]
-            wanted = min(max(impulse[1] - (along @ u) / (along @ inverse @ along), -most), most)
-            u, impulse[1] = u + inverse @ along * (wanted - impulse[1]), wanted
-        if not rows or np.abs(impulses - was).max() < 1e-13:
+        moved = 0.0
+        for k in range(len(both)):
+            wanted = impulses[k] - (rates[k] + (0.0 if k % 2 else returned[k // 2])) / delassus[k][k]
+            most = FRICTION * impulses[k - 1]
+            wanted = min(max(wanted, -most), most) if k % 2 else max(0.0, wanted)
+            change, impulses[k] = wanted - impulses[k], wanted
+            rates = [rate + row[k] * change for rate, row in zip(rates, delassus, strict=True)]
+            moved = max(moved, abs(change))
+        if moved < 1e-13:
             break
-    return u
+    return np.asarray(free + inverse @ both.T @ impulses)
