@@ -6,8 +6,9 @@ import gc
 import signal
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from ccgen.runtime import Run, simulate
 from ccgen.runtime.simulation import growing
 
 from ..support.heeding import heeding_ctrl_c
-from ..support.tiers import hard
+from ..support.tiers import hard, many
 from ..support.workshop import Workshop
 from .test_release_and_hold import TREBUCHET
 from .test_user_events import BALL, PENDULUM
@@ -87,10 +88,10 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "caught and told": (CAUGHT + '[[event]]\nname = "low"\nwhen = "rate(y(hook.C))"\n', {}),
     "caught and set": (CAUGHT + SET, {}),
     "braked and told": (BRAKED + LOW, {}),
-    "by steps": (BALL, {"method": "moreau", "step": 1e-3}),
+    "by steps": (BALL, {"method": "moreau", "step": 4e-3}),
     "by steps and told": (
         BALL + '[[event]]\nname = "half"\nwhen = "y(ball.P) - 0.4"\n',
-        {"method": "moreau", "step": 1e-3},
+        {"method": "moreau", "step": 4e-3},
     ),
     "by radau": (SPINNING + LOW, {"method": "radau", "until": 3.0}),
 }
@@ -99,6 +100,8 @@ SHORT = 8
 BY_THE_CLOCK = ("told", "check")
 """Calls of the core: whether Ctrl-C has been pressed."""
 EVERY_TIER = ("told", "set", "caught and told")
+PRESSES, EVERY = 200, many(5, 1)
+"""Presses over a run of those that are hard; ``make hard`` makes every fifth of them, ``CCGEN_LARGE=1`` all."""
 
 
 @pytest.fixture(autouse=True)
@@ -110,6 +113,16 @@ def nothing_is_tidied_up() -> Iterator[None]:
     gc.enable()
 
 
+set_for = sys.modules["_signal"].getsignal
+"""That of ``signal`` looks for a name of what it finds, and is called at every call here."""
+
+
+@cache
+def is_own(code: CodeType) -> bool:
+    """Whether a function is the runtime's."""
+    return code.co_filename.startswith(OWN)
+
+
 class Press:
     """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept. Calls that the core
     makes by the clock differ from run to run: only a press ``by_the_clock`` counts them, and no others."""
@@ -118,11 +131,11 @@ class Press:
         self.at, self.by_the_clock, self.count = at, by_the_clock, 0
 
     def __call__(self, frame: FrameType, what: str, _: object) -> None:
-        if what != "call" or not frame.f_code.co_filename.startswith(OWN):
+        if what != "call" or not is_own(frame.f_code):
             return
         if (frame.f_code.co_name in BY_THE_CLOCK) is not self.by_the_clock:
             return
-        handler = signal.getsignal(signal.SIGINT)
+        handler = set_for(signal.SIGINT)
         if handler is signal.default_int_handler or not callable(handler):
             return
         self.count += 1
@@ -146,6 +159,12 @@ def often(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growing, "BLOCK", SHORT // 2)
 
 
+def pressed(calls: int) -> Any:
+    """The numbers of the calls at which it is pressed, the first and the last among them."""
+    every = np.linspace(1, calls, PRESSES)
+    return every if EVERY == 1 else np.append(every[::EVERY], every[-1])
+
+
 @pytest.mark.parametrize("name", [one if one in EVERY_TIER else hard(one) for one in SCENES])
 def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) -> None:
     """Rows, impacts, events and changes are the first of those of the whole run; it says that it was interrupted, also
@@ -158,7 +177,8 @@ def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) ->
     counted = Press()  # of a second run: the first makes what later ones find
     counted.during(model, **options)
     kept, missed = [], 0
-    places = np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist()
+    instants = np.linspace(1, counted.count, 12) if name in EVERY_TIER else pressed(counted.count)
+    places = np.unique(instants.astype(int)).tolist()
     for press in [Press(at) for at in places] + [Press(at, by_the_clock=True) for at in (1, 2, 5)]:
         run = press.during(model, **options)
         assert_same_beginning(run, whole)
