@@ -89,6 +89,7 @@ def _consistent(model: Model, count: int, rng: np.random.Generator) -> np.ndarra
 
 
 @pytest.mark.sample(2)
+@pytest.mark.large(8, "every effect")
 def test_every_kernel_gives_the_same_numbers(scene: Scene, tmp_path: Path) -> None:
     plain, folded = read_listing(listing(scene)), read_listing(listing(scene, fold=True))
     assert folded.parameters == {} and folded.state == plain.state
@@ -109,6 +110,7 @@ def test_every_kernel_gives_the_same_numbers(scene: Scene, tmp_path: Path) -> No
 
 
 @pytest.mark.sample(2)
+@pytest.mark.large(8, "every effect")
 def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> None:
     plain = load_model(generate(scene, tmp_path / "plain"))
     folded = load_model(generate(scene, tmp_path / "folded", fold=True))
@@ -147,6 +149,7 @@ def _counts(scene: Scene, folded: bool) -> dict[str, Counts]:
 
 
 @pytest.mark.sample(2)
+@pytest.mark.large(8, "every effect")
 def test_no_function_takes_more_operations(scene: Scene) -> None:
     plain, folded = _counts(scene, False), _counts(scene, True)
     for name, counts in plain.items():
@@ -162,6 +165,7 @@ def test_lengths_of_one_cost_nothing() -> None:
 
 
 @pytest.mark.sample(2)
+@pytest.mark.large(8, "every effect")
 def test_folded_equations_have_no_constants(scene: Scene) -> None:
     program = lower(derive_scene(scene, True)[1])
     assert program.parameters == () and program.constants == ()
