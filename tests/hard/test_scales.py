@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +19,7 @@ from ..oracles import maximal, mechanisms, polygons
 from ..oracles.maximal import Array, Pin, System
 from ..oracles.mechanisms import Drawing
 from ..support.reach import Reach
-from ..support.tiers import all_hard_but, hard
+from ..support.tiers import LARGE, all_hard_but, hard
 from ..support.workshop import Workshop
 
 FAR = 1e9
@@ -206,12 +205,11 @@ def rods(model: Any, lengths: Array, mass: Array) -> Any:
     return model.with_parameters(values)
 
 
-LARGE = pytest.mark.skipif(
-    "CCGEN_LARGE" not in os.environ, reason="compiles for a minute and a half; make figures asks for it"
-)
+LARGEST = [hard(200), hard(500)] if LARGE else []
+"""They compile for two minutes."""
 
 
-@pytest.mark.parametrize("n", [6, hard(200), pytest.param(500, marks=[LARGE, pytest.mark.hard])])
+@pytest.mark.parametrize("n", [6, hard(100), *LARGEST])
 def test_large_rings(n: int, workshop: Workshop, reach: Reach) -> None:
     """Neighbouring masses to 1e4 apart, spins to 1e4 rad/s, lengths 1e-3 to 1e3 m."""
     first = workshop.model(loop(n))
