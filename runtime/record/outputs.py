@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property, partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -175,9 +176,21 @@ class Sample(States):
         return self.run.motion(self.t, self.q, self.u)
 
 
-def outputs_of(model: Any) -> dict[str, Output]:
+_listed: WeakKeyDictionary[Any, tuple[list[bool], dict[str, Output]]] = WeakKeyDictionary()
+"""Of models their outputs, and which of their links had a mass when these were listed: values may be set since."""
+
+
+def outputs_of(model: Any) -> Mapping[str, Output]:
     """All outputs of a model's runs by their names. What would be two things by one name has the kind of each before
     it: ``link crank.angle``, ``joint crank.angle``."""
+    weighed = [mass_centre(model, link) is not None for link in model.links]
+    known = _listed.get(model)
+    if known is None or known[0] != weighed:
+        _listed[model] = known = weighed, _list(model)
+    return known[1]
+
+
+def _list(model: Any) -> dict[str, Output]:
     found: dict[str, list[Output]] = {}
     for output in _every(model):
         found.setdefault(output.name, []).append(output)
