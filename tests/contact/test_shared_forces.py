@@ -290,6 +290,7 @@ def test_some_loads_that_vary(seed: int, workshop: Workshop) -> None:
 
 
 @pytest.mark.hard
+@pytest.mark.large(12)
 @pytest.mark.parametrize("seed", range(100, 140))
 def test_random_loads_that_vary(seed: int, workshop: Workshop) -> None:
     varied(np.random.default_rng([seed, 1]), workshop)
@@ -303,6 +304,7 @@ def test_some_tables_and_loops(seed: int, workshop: Workshop) -> None:
 
 
 @pytest.mark.hard
+@pytest.mark.large(8)
 @pytest.mark.parametrize("seed", range(100, 125))
 def test_tables_and_loops(seed: int, workshop: Workshop) -> None:
     rng = np.random.default_rng(seed)

@@ -148,6 +148,7 @@ def random_sketch(rng: np.random.Generator) -> Sketch:
 
 
 @pytest.mark.sample(2)
+@pytest.mark.large(10)
 @pytest.mark.parametrize("seed", all_hard_but(0, 1, 2, 3, of=range(max(4, EXAMPLES // 2))))
 def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Workshop) -> None:
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from ..oracles.random_mechanisms import Sketch
 from ..support.derivative_checks import check_derivatives
 from ..support.effect_examples import CONTACTS, EXAMPLES, LOADS, SCENE
 from ..support.folders import ROOT
-from ..support.random_mechanism_checks import DRAWN, FEW
+from ..support.random_mechanism_checks import DRAWN, FEW, first
 from ..support.random_mechanism_checks import EXAMPLES as COUNT
 from ..support.workshop import Workshop
 from .test_random_mechanisms import sketches
@@ -100,6 +100,7 @@ def test_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) 
 @pytest.mark.hard
 @settings(DRAWN, max_examples=COUNT)
 @given(sketch=sketches())
+@first(20)
 def test_many_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) -> None:
     check_sketch(sketch, workshop)
 

@@ -1,7 +1,7 @@
 """Random mechanisms, trees with random extra joints and random effects, against the dense reference.
 
-Hypothesis draws ten in ``make test`` and fifty in ``make hard``, the same ones each time; ``make fuzz-mechanisms``
-draws more.
+Hypothesis draws ten in ``make test`` and twenty in ``make hard``, of fifty with ``CCGEN_LARGE=1``, the same ones each
+time; ``make fuzz-mechanisms`` draws more.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ..oracles import random_mechanisms
 from ..oracles.maximal import GROUND
 from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES, Sketch
-from ..support.random_mechanism_checks import DRAWN, EXAMPLES, check_flight
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, check_flight, first
 from ..support.workshop import Workshop
 
 
@@ -43,6 +43,7 @@ def check(sketch: Sketch, workshop: Workshop) -> None:
 @pytest.mark.hard
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches())
+@first(20)
 def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)
 
@@ -50,5 +51,6 @@ def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, work
 @pytest.mark.hard
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches(meshes=True))
+@first(20)
 def test_random_gears_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)

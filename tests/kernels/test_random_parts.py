@@ -25,6 +25,7 @@ from ..support.random_mechanism_checks import (
     EXAMPLES,
     check_flight,
     check_forces,
+    first,
     quasi_accelerations,
     unit_rows,
 )
@@ -111,6 +112,7 @@ def _check_impacts(
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings())
+@first(25)
 def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
@@ -118,6 +120,7 @@ def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, works
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings(parts=CAMS))
+@first(25)
 def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
@@ -125,6 +128,7 @@ def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop)
 @pytest.mark.hard
 @settings(DRAWN, max_examples=30)
 @given(drawn=drawings(parts=("slide end",)))
+@first(12)
 def test_ends_of_slides_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
@@ -138,5 +142,6 @@ def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: D
 @pytest.mark.hard
 @settings(DRAWN, max_examples=3 * EXAMPLES)
 @given(drawn=drawings(every=True))
+@first(EXAMPLES)
 def test_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)

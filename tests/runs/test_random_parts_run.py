@@ -19,7 +19,7 @@ from ccgen.runtime.model.drives import drive_rows
 from ccgen.runtime.model.masses import mass_matrix
 
 from ..support.drawn_parts import FRICTION, Drawn, drawings
-from ..support.random_mechanism_checks import DRAWN, EXAMPLES, Array, unit_rows
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, Array, first, unit_rows
 from ..support.workshop import Workshop
 
 SLACK, UNTIL = 0.03, 1.0
@@ -133,5 +133,6 @@ def test_a_few_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop
 @pytest.mark.hard
 @settings(DRAWN, max_examples=3 * EXAMPLES)
 @given(**EVERY)
+@first(EXAMPLES)
 def test_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop: Workshop) -> None:
     check(drawn, release, workshop)

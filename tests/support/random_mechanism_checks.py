@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,11 @@ from ccgen.runtime.model.drives import drive_rows
 from ..oracles import maximal, sliding
 from ..oracles.maximal import GROUND, Array
 from ..oracles.random_mechanisms import Sketch
+from .tiers import LARGE
 
 EXAMPLES = int(os.environ.get("CCGEN_MECHANISMS", "50"))
 FEW = 10
-"""As many are drawn in ``make test``; all in ``make hard``."""
+"""As many are drawn in ``make test``."""
 BOUND = 1e-10
 """Relative error of accelerations, joint forces and inverse dynamics."""
 DRAWN = settings(
@@ -27,6 +30,31 @@ DRAWN = settings(
     phases=(Phase.explicit, Phase.generate),  # what fails is compiled: shrinking it takes longer than all tests
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
 )
+
+
+def first(usual: int) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Checks the first ``usual`` mechanisms of those that a test draws, and all with ``CCGEN_LARGE=1`` or where
+    ``CCGEN_MECHANISMS`` says how many. What is drawn depends on how many are asked for: so all are drawn."""
+
+    def of(check: Callable[..., None]) -> Callable[..., None]:
+        seen = set[str]()
+
+        @functools.wraps(check)
+        def checked(**drawn: Any) -> None:
+            text = "".join(_text(one) for name, one in drawn.items() if name != "workshop")
+            if LARGE or "CCGEN_MECHANISMS" in os.environ or text in seen or len(seen) < usual:
+                seen.add(text)  # one that fails is asked for again
+                check(**drawn)
+
+        return checked
+
+    return of
+
+
+def _text(drawn: Any) -> str:
+    if isinstance(drawn, Sketch):
+        return drawn.toml("drawn")
+    return str(drawn.toml() if hasattr(drawn, "toml") else drawn)
 
 
 def quasi_accelerations(model: Any, poses: Array, velocities: Array, frames: Array) -> Array:
