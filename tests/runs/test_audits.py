@@ -1,5 +1,6 @@
 """What a run says of its energy is what its rows, its recorded losses and the works of its loads say, summed up by
-other code (``tests/oracles/balance.py``); ``CCGEN_AUDITS`` says how many random runs a kind ``make hard`` does."""
+other code (``tests/oracles/balance.py``); ``CCGEN_AUDITS`` says how many random runs a kind ``make hard`` does: 25
+unless given, and 250 with ``CCGEN_LARGE=1``."""
 
 from __future__ import annotations
 
@@ -18,9 +19,10 @@ from ccgen.runtime import Run, load_run, simulate
 from ..hard import driven, fuzz
 from ..oracles.balance import energy, left
 from ..support.folders import ROOT
+from ..support.tiers import many
 from ..support.workshop import Workshop
 
-MANY = int(os.environ.get("CCGEN_AUDITS", "250"))
+MANY = int(os.environ.get("CCGEN_AUDITS", many(25, 250)))
 MISSED = 1e-6
 """Of the energy that moves: friction changes within steps by kinks that a quadrature does not see."""
 
@@ -123,6 +125,8 @@ def check(scene: Any, run: Run, missed: float = MISSED) -> None:
 SHIPPED = sorted({*(ROOT / "scenes").glob("*.toml"), *(ROOT / "scenes" / "gallery").glob("*.toml")})
 STEPS_BY = 1.0
 """When (s) the ring has gone by time stepping for a while, and falls flat on the ground no more often than once."""
+LONGEST = 2.0
+"""Seconds: of an escapement that is two beats."""
 LATER = ("trebuchet", "jack-in-a-box", "simplest-walker")
 """Runs put together from pieces, each of which is a run of its own."""
 ROUGH = ("cam-follower", "loose-slider-crank", "strandbeest-walking")
@@ -141,7 +145,7 @@ ROUGH = ("cam-follower", "loose-slider-crank", "strandbeest-walking")
 def test_shipped_scenes(file: Path, method: str, workshop: Workshop) -> None:
     scene = load_scene(file)
     model = workshop.model(scene)
-    run = simulate(model, method=method, until=0.2 * model.duration)
+    run = simulate(model, method=method, until=min(0.2 * model.duration, LONGEST))
     check(scene, run)
 
 
