@@ -7,6 +7,7 @@ import pytest
 
 from ccgen.runtime import simulate
 
+from ..support.tiers import many
 from ..support.workshop import Workshop
 from .driven import Driven, driven, faults, run, scene
 
@@ -43,7 +44,7 @@ def test_steps_in_time_keep_to_a_prescribed_motion(step: float, workshop: Worksh
 @pytest.mark.hard
 def test_random_driven_mechanisms_reach_their_end(workshop: Workshop) -> None:
     wrong, stopped = [], []
-    runs = driven(300, 7)
+    runs = driven(many(100, 300), 7)
     for one in runs:
         found = run(workshop.model, one)
         wrong += [f"{one}: {fault}" for fault in faults(found, one)]

@@ -1,6 +1,6 @@
 """Families of random mechanisms run to their ends and keep the invariants. ``CCGEN_FAMILIES`` says how many runs
-there are (``make hard``: 144, twelve of each family), and ``CCGEN_FAMILIES_SEED`` draws others than those of every
-time."""
+there are (``make hard``: 48, four of each family; 144 with ``CCGEN_LARGE=1``), and ``CCGEN_FAMILIES_SEED`` draws
+others than those of every time."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from collections.abc import Iterable
 import pytest
 
 from ..support.endings import DONE
+from ..support.tiers import many
 from ..support.workshop import Workshop
 from .families import Throw, throw, throws
 from .family_runs import LONG, run
 
-EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", "144"))
+EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", many(48, 144)))
 SEED = int(os.environ.get("CCGEN_FAMILIES_SEED", "0"))
 LONGEST = 60.0
 """Seconds of the wall clock, after which a run is ended and has not reached its end; most take hundredths."""
