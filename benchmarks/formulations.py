@@ -56,12 +56,12 @@ class Figure:
         return self.equations + self.solve
 
 
-def derive(formulation: str, family: str, n: int, limit: float) -> Figure | None:
+def derive(formulation: str, family: str, n: int, limit: float, repeats: int) -> Figure | None:
     """One derivation in processes of its own; ``None`` when it takes longer than ``limit`` seconds."""
     script = Path(__file__).with_name("derivations.py")
     command = [sys.executable, str(script), formulation, family, str(n), str(limit)]
     found: list[Figure] = []
-    while len(found) < REPEATS and (not found or found[0].seconds < QUICK):
+    while len(found) < repeats and (not found or found[0].seconds < QUICK):
         environment = os.environ | {"PYTHONHASHSEED": "0"}
         done = subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
         if done.returncode == OVER:
@@ -160,6 +160,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--links", type=int, nargs="+", default=SIZES, metavar="N", help="numbers of links")
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds after which a derivation is given up")
+    parser.add_argument("--repeats", type=int, default=REPEATS, help="of a quick one, of which the fastest counts")
     parser.add_argument("--write", action="store_true", help="write tables, CSV and plot into docs/")
     options = parser.parse_args()
     sizes = sorted(options.links)
@@ -167,7 +168,7 @@ def main() -> None:
     for family in FAMILIES:
         for name in TITLES:
             for n in (size for size in sizes if size >= FEWEST[family]):
-                figure = derive(name, family, n, options.limit)
+                figure = derive(name, family, n, options.limit, options.repeats)
                 print(figure or f"{name}, {family}, n = {n}: over {options.limit:.0f} s", file=sys.stderr, flush=True)
                 if figure is None:  # larger ones take longer still
                     break

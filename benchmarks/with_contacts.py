@@ -7,7 +7,7 @@ import argparse
 import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,10 +35,10 @@ class Case:
     run: Callable[[str, float], Run]
 
 
-def cases() -> list[Case]:
+def cases(sizes: Sequence[int]) -> list[Case]:
     """The scenes of the repository that have contacts, and unequal loops thrown onto smooth and rough planes."""
     made = [scene_case(name) for name in SCENES]
-    return made + [tossed(n, rough, seed) for n, rough, seed in itertools.product(SIZES, (False, True), (0, 1))]
+    return made + [tossed(n, rough, seed) for n, rough, seed in itertools.product(sizes, (False, True), (0, 1))]
 
 
 def scene_case(name: str) -> Case:
@@ -83,10 +83,11 @@ def clock(case: Case, method: str, rtol: float) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rtol", type=float, nargs="+", default=[1e-6, 1e-9, 1e-12])
+    parser.add_argument("--links", type=int, nargs="+", default=SIZES, metavar="N", help="sizes of the loops")
     parser.add_argument("--rounds", type=int, default=3, help="runs of each, of which the fastest counts")
     given = parser.parse_args()
     print(machine())
-    made = cases()
+    made = cases(given.links)
     for rtol in given.rtol:
         print(
             f"\nrtol {rtol:g}: time of gauss / dop853; errors of early impacts, s: gauss, dop853, the reference's own\n"

@@ -36,7 +36,7 @@ SMALL = {
         r"\| newton \| 1 \| 1 \| .*\n\| poisson \| 1 \| 1 \| .*\n\| stronge \| 1 \| 1 \|",
     ),
     "docs/scripts/compliance.py": ("--decades 1 --chart chart.png", r"\| linear, nothing lost \| 1e\+04 \| \d+ \|"),
-    "benchmarks/formulations.py": ("--links 3 --limit 1.5", r"\| 3 \| 249 \|"),
+    "benchmarks/formulations.py": ("--links 3 --limit 1.5 --repeats 1", r"\| 3 \| 249 \|"),
 }
 """Arguments with which a script takes seconds, and what it then says."""
 SHORT = ("folding", "accuracy")
@@ -79,10 +79,10 @@ def test_scripts_run_small(script: str, tmp_path: Path) -> None:
 
 @pytest.mark.hard
 def test_near_chains_runs_by_both_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row of 12 links for a hundredth of a second, once."""
+    """A row of 8 links for a hundredth of a second, once."""
     monkeypatch.syspath_prepend(str(FOLDERS[0]))
     near_chains = importlib.import_module("near_chains")
-    text = near_chains.runs(near_chains.near_chain(12, 1), str(tmp_path), until=0.01, rounds=1)
+    text = near_chains.runs(near_chains.near_chain(8, 1), str(tmp_path), until=0.01, rounds=1)
     assert text.count("tip to root") == text.count("dyads") == 3
 
 

@@ -18,10 +18,10 @@ SMALLEST = {
     "build_time": "--links 6 --repeats 1",
     "cluster": "--runs 16 --chunks 8 --rounds 1",
     "drop": "--rounds 1",
-    "engines": "--quick --limit 5",
+    "engines": "--quick --limit 5 --cases hexagon ring",
     "ensemble": "--rounds 1 --drops 100 --flights 100",
     "flight": "--until 0.1 --rounds 1",
-    "formulations": "--links 3 --limit 20",
+    "formulations": "--links 2 --limit 20 --repeats 1",
     "forward_dynamics": "--links 6 --rounds 1",
     "gradients": "--rounds 1 --directions 2 --links 6",
     "identification": "--rounds 1",
@@ -29,7 +29,7 @@ SMALLEST = {
     "shared_lanes": "--rounds 1",
     "threads": "--rounds 1",
     "walking": "--cranks 1 --rounds 1",
-    "with_contacts": "--rtol 1e-6 --rounds 1",
+    "with_contacts": "--rtol 1e-6 --rounds 1 --links 3",
 }
 APART = {"since"}
 """It installs two commits of the repository: no matter of minutes."""
