@@ -75,6 +75,7 @@ def test_a_price_is_the_difference_of_two_scene_files(key: str, workshop: Worksh
 
 
 @pytest.mark.hard
+@pytest.mark.large(8)
 @pytest.mark.parametrize("key", EXAMPLES)
 def test_so_it_is_beside_all_other_effects(key: str, all_priced: Priced, workshop: Workshop) -> None:
     others = "".join(text for other, text in EXAMPLES.items() if other != key)

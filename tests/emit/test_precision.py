@@ -145,6 +145,7 @@ def bound(model: Any, q: Array, u: Array) -> float:
 
 
 @pytest.mark.sample(1)
+@pytest.mark.large(6)
 @WIDER
 @pytest.mark.parametrize(
     "name",

@@ -344,6 +344,7 @@ def shipped() -> list[str]:
     return sorted(str(file.relative_to(ROOT / "scenes")) for file in every)
 
 
+@pytest.mark.large(10)
 @pytest.mark.parametrize("file", all_hard_but("four-bar.toml", "open-chain.toml", "parallelogram.toml", of=shipped()))
 def test_shipped_scenes_begin_as_their_files_with_every_number(file: str, workshop: Workshop) -> None:
     scene = load_scene(ROOT / "scenes" / file)
