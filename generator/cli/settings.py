@@ -28,7 +28,7 @@ OF_RUNS = ("until", "rtol", "method", "step")
 """Options of runs that some take for parameters."""
 NO_NUMBER = (
     "found a number that is 0 in the scene and so left out of the equations, expected a parameter; write another "
-    "number for it in the scene, which may be small, and set that"
+    "number for it in the scene, which may be small"
 )
 
 
@@ -118,7 +118,17 @@ def check_parameter(path: str, scene: Scene, option: str) -> None:
     try:
         parameters_of(scene)[path]
     except KeyError as error:
-        fail(f"{option}: {_meant(path, 0.0, scene) or error}")
+        said = _no_parameter(path, scene)
+        fail(f"{option}: {path}: {said}" if said else f"{option}: {error}")
+
+
+def _no_parameter(path: str, scene: Scene) -> str:
+    """What is named in place of a parameter, where it is known; its value is not asked for."""
+    if path in OF_RUNS:
+        return "found a setting of runs, expected a parameter; name one"
+    if path.startswith("start."):
+        return "found a value of the start, expected a parameter; name one"
+    return NO_NUMBER if path in _zeros(scene) else ""
 
 
 def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, detail: Detail = Detail.USUAL) -> Model:
@@ -162,7 +172,7 @@ def _meant(path: str, value: float, scene: Scene) -> str:
     if path.startswith("start."):
         given = ", ".join(_of_start(scene)) or "none"
         return f"found a value that [start] does not give, expected one that it gives: {given}; write it in the scene"
-    return NO_NUMBER if path in _zeros(scene) else ""
+    return f"{NO_NUMBER}, and set that" if path in _zeros(scene) else ""
 
 
 def _of_start(scene: Scene) -> Mapping[str, str]:

@@ -268,6 +268,26 @@ def test_wrong_values_are_told(options: list[str], told: str) -> None:
     assert done.exit_code == 2 and told in done.stderr and not Path("results").exists()
 
 
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        (("orbit", "--section", "1", "--along", "start.angles.crank=1:2"),
+         "--along: start.angles.crank: found a value of the start, expected a parameter; name one"),
+        (("orbit", "--section", "1", "--along", "rtol=1:2"),
+         "--along: rtol: found a setting of runs, expected a parameter; name one"),
+        (("cost", "--gradient", "--by", "rtol"),
+         "--by: rtol: found a setting of runs, expected a parameter; name one"),
+        (("cost", "--gradient", "--by", "crank.com.y"),
+         "--by: crank.com.y: found a number that is 0 in the scene and so left out of the equations, expected a "
+         "parameter; write another number for it in the scene, which may be small"),
+    ],
+    ids=["start", "along a setting", "by a setting", "zero"],
+)  # fmt: skip
+def test_what_is_named_for_a_parameter_is_said_without_a_value(command: tuple[str, ...], told: str) -> None:
+    done = CliRunner().invoke(app, [command[0], FOUR_BAR, *command[1:]])
+    assert done.exit_code == 2 and done.stderr == f"{told}\n"
+
+
 MISSPELT = "--set crank.mas: found no such parameter, expected one of the model, as crank.mass"
 
 
