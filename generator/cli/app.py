@@ -131,7 +131,7 @@ def run(
     from .settings import read_settings
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     wanted = faults.of(read_wanted, None if plot is None else [plot], csv, times) or Wanted()
     said = detail(faults, verbose, quiet)
     moving = [name for name, given in ((GIF, gif), (VIDEO, video)) if given]
@@ -190,7 +190,7 @@ def show(
     from .show import show as work
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     instead = [name for name, given in (("--tolerances", tolerances), ("--outputs", outputs)) if given]
     work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), instead, values, faults)
 
@@ -225,7 +225,7 @@ def cost(
     from .settings import read_settings
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     told = detail(faults, verbose, quiet)
     work(scene, until, error, drift, precision, effects, fold, gradient, by, out, told, values, faults)
 
@@ -257,7 +257,7 @@ def torque(
     from .statics import torque as work
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     work(scene, joint, rate, plot, detail(faults, verbose, quiet), values, faults)
 
 
@@ -275,7 +275,7 @@ def equilibrium(
     from .statics import equilibrium as work
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     work(scene, nearest, detail(faults, verbose, quiet), values, faults)
 
 
@@ -350,7 +350,7 @@ def orbit(
     from .settings import read_settings
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     wanted = Wanted(
         section,
         guess or [],
@@ -400,7 +400,7 @@ def sweep(
     from .sweep import sweep as work
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     said = detail(faults, verbose, quiet)
     work(scene, plan, out, threads, chunk, dask, plot, netcdf, zarr, said, values, faults)
 
@@ -420,7 +420,7 @@ def replay(
     from .sweep import replay as work
 
     faults = Faults()
-    values = faults.of(read_settings, settings or []) or {}
+    values = read_settings(settings or [], faults)
     work(folder, scene, plan, run, out, detail(faults, False, False), values, faults)
 
 

@@ -91,6 +91,10 @@ class Faults:
         """Note a fault."""
         self._found[message] = None
 
+    def about(self, option: str) -> bool:
+        """Whether something was noted of an option."""
+        return any(one.startswith((f"{option}:", f"{option} ")) for one in self._found)
+
     def stop_if_any(self) -> None:
         """Stop with exit code 2 and all that was noted, if there is any."""
         if self._found:

@@ -32,9 +32,9 @@ NO_NUMBER = (
 )
 
 
-def read_settings(given: Sequence[str]) -> dict[str, float]:
-    """Values by the paths of parameters; exit code 2, and all that is wrong, where an option says none."""
-    faults, found = Faults(), dict[str, float]()
+def read_settings(given: Sequence[str], faults: Faults) -> dict[str, float]:
+    """Values by the paths of parameters, of the options that say one; what is wrong with the others is noted."""
+    found = dict[str, float]()
     for text in given:
         path, sign, number = (part.strip() for part in text.partition("="))
         expected = (
@@ -49,7 +49,6 @@ def read_settings(given: Sequence[str]) -> dict[str, float]:
                 found[path] = _number(number)
             except ExpressionError as error:
                 faults.add(f'--set: found "{text}", {expected}; {error}')
-    faults.stop_if_any()
     return found
 
 
@@ -66,13 +65,13 @@ def read_set(path: Path, settings: Mapping[str, float], faults: Faults, *, fold:
     or with the other settings, is noted, before anything is compiled."""
     scene = faults.of(read, path, settings)
     if scene:
-        faults.of(_check_settings, settings, scene, fold)
+        faults.of(_check_settings, settings, scene, fold, all_read=not faults.about("--set"))
     return scene
 
 
-def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool) -> None:
-    """Stop with exit code 2 where models of a scene have no such parameters, they cannot have these values, or there is
-    no start with them."""
+def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool, *, all_read: bool) -> None:
+    """Stop with exit code 2 where models of a scene have no such parameters, they cannot have these values, or, if they
+    are ``all_read``, there is no start with them."""
     settings = _besides_let(settings, scene)
     if not settings:
         return
@@ -84,7 +83,8 @@ def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool) -> 
             numbers[path] = float(value)
     faults.of(_check_numbers, numbers, parameters_of(scene, fold), scene)
     faults.stop_if_any()
-    scene_with(settings, scene)
+    if all_read:
+        scene_with(settings, scene)
 
 
 def _check_numbers(numbers: Mapping[str, float], parameters: Parameters, scene: Scene) -> None:

@@ -327,6 +327,24 @@ def test_all_faults_of_a_command_are_told_before_anything_is_generated(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_unreadable_value_hides_no_other_fault(tmp_path: Path) -> None:
+    options = ("--set", "crank.mas=1", "--set", "crank.mass=abc", "--set", "coupler.mass=-2", "--until", "x")
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, *options])
+    assert done.exit_code == 2
+    began = ('--set: found "crank.mass=abc"', "--until: found 'x'", MISSPELT, "--set coupler.mass: found -2.0")
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(began) and all(any(line.startswith(one) for line in lines) for one in began), lines
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_start_is_missed_while_a_value_is_unreadable() -> None:
+    """With the one that is meant there may be a start."""
+    options = ("--set", "crank.points.B.x=70", "--set", "coupler.points.B.x=7o")
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, *options])
+    assert done.exit_code == 2 and len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith('--set: found "coupler.points.B.x=7o"')
+
+
 def test_a_start_that_there_is_none_of_is_told_before_anything_is_generated(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["run", FOUR_BAR, "--set", "crank.points.B.x=70", "--until", "-1"])
     assert done.exit_code == 2
