@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import tempfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,7 +44,7 @@ def price_gradient(
 
     asked = faults.of(read_option, until, check_lasting, "s")
     scene = read_set(scene_file, settings, faults)
-    if scene and by:
+    if scene and by is not None:
         faults.of(_check_names, by, scene)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     if scene or out:
@@ -99,11 +100,16 @@ def _names(by: str) -> tuple[str, ...]:
 
 
 def _check_names(by: str, scene: Scene) -> None:
-    """Stop with exit code 2 unless all may be starts, inputs, or parameters of models of the scene."""
-    from ccgen.runtime.functions.arguments import STATES
+    """Stop with exit code 2 unless all are starts, inputs, or parameters of models of the scene, each of them once."""
+    from ccgen.runtime.sensitivity.moving import STARTS
 
-    known, faults = (*STATES, *(one for effect in scene.effects for one in effect.inputs())), Faults()
-    for name in _names(by):
+    known, faults = (*STARTS, *(one for effect in scene.effects for one in effect.inputs())), Faults()
+    for name, times in Counter(_names(by)).items():
+        if not name:
+            faults.add(f'--by: found "{by}", expected names with a comma between two of them, such as u0,gravity.g')
+            continue
+        if times > 1:
+            faults.add(f"--by: {name}: found {times} times, expected once; leave the others out")
         if name not in known:
             faults.of(check_parameter, name, scene, "--by")
     faults.stop_if_any()

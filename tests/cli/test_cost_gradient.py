@@ -198,3 +198,23 @@ def test_beside_an_impact_there_is_no_reference(ball: Any, workshop: Workshop) -
     )
     with pytest.raises(ValueError, match=told if wider() else "no reference by "):
         refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, NAMES, hit + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("by", "told"),
+    [
+        ("q", "--by: q: found no such parameter"),
+        ("u0,u", "--by: u: found no such parameter"),
+        ("", '--by: found "", expected names with a comma between two of them, such as u0,gravity.g\n'),
+        ("u0,,gravity.g", '--by: found "u0,,gravity.g", expected names with a comma between two of them, such as'),
+        ("u0,gravity.g,u0", "--by: u0: found 2 times, expected once; leave the others out\n"),
+    ],
+)
+def test_wrong_names_are_told_before_anything_is_generated(
+    by: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bounced.toml").write_text(BOUNCED)
+    done = CliRunner().invoke(app, ["cost", "bounced.toml", "--gradient", "--by", by, "--until", "-3"])
+    assert done.exit_code == 2
+    assert told in done.stderr and "--until: found -3.0" in done.stderr and len(done.stderr.splitlines()) == 2
