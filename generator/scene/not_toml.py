@@ -8,14 +8,15 @@ from collections.abc import Mapping
 from tomllib import TOMLDecodeError
 
 from ..effect_base.units import read_unit
-from ..effects import REGISTRY
 from .errors import MOST_TOLD, Fault, Path, key_text
+from .kinds import TABLES
 from .locate import Declared, last_declared
+from .part_tables import ROWS_OF_PARTS
 
-MANY = ("link", "joint", "part", "place", *(entry.key for entry in REGISTRY if entry.many))
-"""Tables of which a scene may have several."""
+MANY = {(key,) for key, kind in TABLES.items() if kind.many} | {("part", key) for key in (*ROWS_OF_PARTS, "place")}
+"""Tables of which a scene, or a part, may have several."""
 
-_HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)
+_HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_.]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)
 _BARE = re.compile(r"[=\[,]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-zµ%°][^,\]}#\"]*)")
 """A number with something like a unit behind it, without quotes."""
 _COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)\s*(?:#.*)?$")
@@ -61,7 +62,7 @@ def _wrong(text: str) -> TOMLDecodeError | None:
 
 def _single(text: str, file: str) -> tuple[str, list[Fault]]:
     """The text with double headers for tables of which there are several, and the single ones that it has."""
-    headers = [head for head in _HEADER.finditer(text) if head[1] in MANY]
+    headers = [head for head in _HEADER.finditer(text) if tuple(head[1].split(".")) in MANY]
     faults = [
         Fault(
             file,
@@ -71,7 +72,7 @@ def _single(text: str, file: str) -> tuple[str, list[Fault]]:
         )
         for head in headers
     ]
-    return _HEADER.sub(lambda head: f"[[{head[1]}]]" if head[1] in MANY else head[0], text), faults
+    return _HEADER.sub(lambda head: f"[[{head[1]}]]" if tuple(head[1].split(".")) in MANY else head[0], text), faults
 
 
 def _unread(text: str, file: str, error: TOMLDecodeError) -> Fault:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
 from ccgen.generator import SceneError, load_scene
+from ccgen.generator.scene.editor_schema import editor_schema
 
 AGAIN = "found a second time, expected once; line {} has it too; write them as one, or leave one out"
 APART = "found apart from the rest of {}, which line {} gives, expected within it; write it there"
@@ -38,6 +40,27 @@ def faults(text: str, folder: Path) -> list[str]:
 @pytest.mark.parametrize("ends", ["\n", "\r\n"])
 def test_a_key_that_stands_twice_is_named(text: str, told: list[str], ends: str, tmp_path: Path) -> None:
     assert faults(text.replace("\n", ends), tmp_path) == told
+
+
+def lists() -> list[str]:
+    """Tables of which there may be several, by what editors are told: of a scene, and of its parts."""
+    schema = json.loads(editor_schema())
+    whole, parts = schema["properties"], schema["$defs"]["PartTable"]["properties"]
+    listed = [key for key, one in whole.items() if one.get("type") == "array"]
+    return listed + [f"part.{key}" for key, one in parts.items() if "$ref" in one.get("items", {})]
+
+
+def test_there_are_lists() -> None:
+    assert {"link", "joint", "part", "place", "event", "hold", "release", "spring", "part.link"} <= {*lists()}
+
+
+@pytest.mark.parametrize("name", lists())
+@pytest.mark.parametrize("first", ["[{}]", "[[{}]]"])
+def test_of_what_there_may_be_several_is_written_with_two_brackets(first: str, name: str, tmp_path: Path) -> None:
+    first = first.format(name)
+    single = f"found [{name}], expected [[{name}]], of which there are several; write [[{name}]]"
+    told = faults(f"{first}\na = 1\n[{name}]\nb = 2\n", tmp_path)
+    assert told == [f"{line}: {single}" for line in ((1, 3) if "[[" not in first else (3,))]
 
 
 def test_all_are_told_at_once(tmp_path: Path) -> None:
