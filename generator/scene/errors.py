@@ -39,12 +39,13 @@ MOST_TOLD = 50
 
 class SceneError(Exception):
     """A scene that cannot be used; ``faults`` holds everything wrong with it, in the order of the file. The message has
-    the first fifty of them, and how many more there are."""
+    the first fifty of them, and how many more there are, or that there are more than have been looked for."""
 
-    def __init__(self, faults: tuple[Fault, ...]) -> None:
+    def __init__(self, faults: tuple[Fault, ...], *, all_found: bool = True) -> None:
         told, more = [str(fault) for fault in faults[:MOST_TOLD]], len(faults) - MOST_TOLD
-        if more > 0:
-            told.append(f"{escaped(faults[0].file)}: and {more} more; mend these first")
+        if more > 0 or not all_found:
+            count = f"{more} more" if all_found else "more"
+            told.append(f"{escaped(faults[0].file)}: and {count}; mend these first")
         super().__init__("\n".join(told))
         self.faults = faults
 
@@ -126,8 +127,9 @@ class Report:
 
 
 def key_text(path: Path) -> str:
-    """The path as a person writes it: ``ground[0].restitution``."""
+    """The path as a person writes it: ``ground[0].restitution``, with an empty key in quotes."""
     text = ""
     for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+        key = f"[{part}]" if isinstance(part, int) else part or '""'
+        text += f".{key}" if text and isinstance(part, str) else key
     return text

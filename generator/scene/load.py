@@ -78,7 +78,8 @@ def _found(path: str | PathLike[str] | Tables) -> _Found:
     except UnicodeDecodeError as error:
         raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(not_toml(text, file, error)) from error
+        faults, all_found = not_toml(text, file, error)
+        raise SceneError(faults, all_found=all_found) from error
     return _Found(tables, file, File(path).stem, locate(text))
 
 

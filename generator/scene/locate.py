@@ -29,7 +29,7 @@ def locate(text: str) -> dict[Path, int]:
 class Declared(NamedTuple):
     """A key or a table that a text declares: its ``path``, the ``line`` (from 1), and where the key itself stands in
     the text. ``before`` is the line in which the path, or the closest table above it, ``within``, was declared before,
-    ``None`` where none was."""
+    ``None`` where none was; ``value`` is whether that was a value without tables."""
 
     path: Path
     line: int
@@ -37,13 +37,28 @@ class Declared(NamedTuple):
     end: int
     within: Path
     before: int | None
+    value: bool
 
 
-def last_declared(text: str) -> Declared | None:
-    """The last key or table that the beginning of a TOML text declares, which may end inside of lists and tables."""
+class Header(NamedTuple):
+    """A header of a table with single brackets: its keys, its line (from 1), and where what is in them stands."""
+
+    keys: tuple[str, ...]
+    line: int
+    start: int
+    end: int
+
+    def brackets(self) -> tuple[tuple[int, str], tuple[int, str]]:
+        """What makes it one with double brackets, and where."""
+        return (self.start, "["), (self.end, "]")
+
+
+def declared(text: str) -> tuple[Declared | None, list[Header]]:
+    """The last key or table that the beginning of a TOML text declares, which may end inside of lists and tables, and
+    all its single headers."""
     locator = _Locator(text)
     locator.run()
-    return locator.last
+    return locator.last, locator.headers
 
 
 class _Locator:
@@ -55,7 +70,9 @@ class _Locator:
         self._declared: dict[Path, int] = {}
         self._whole = True
         self.lines: dict[Path, int] = {}
+        self._values: set[Path] = set()
         self.last: Declared | None = None
+        self.headers: list[Header] = []
 
     def run(self) -> dict[Path, int]:
         table: Path = ()
@@ -74,6 +91,8 @@ class _Locator:
         many = self._text.startswith("[[", self._at)
         self._at += 2 if many else 1
         start, keys, end = self._at, self._keys(), self._at
+        if not many:
+            self.headers.append(Header(tuple(keys), line, start, end))
         self._at += 2 if many else 1
         path: Path = ()
         above: list[Path] = []
@@ -99,16 +118,17 @@ class _Locator:
             self.lines.setdefault(table, line)
         self._at += 1  # =
         self._blank()
-        self._value(table)
+        if self._value(table):
+            self._values.add(table)
         if self._whole:
             self._note(declared)
 
     def _declare(self, path: Path, line: int, start: int, end: int) -> Declared:
         """What is declared, and what was before that."""
         if path not in self._declared and path in self.lines:
-            return Declared(path, line, start, end, path, self.lines[path])
+            return Declared(path, line, start, end, path, self.lines[path], False)
         above = next((path[:k] for k in range(len(path), 0, -1) if path[:k] in self._declared), path)
-        return Declared(path, line, start, end, above, self._declared.get(above))
+        return Declared(path, line, start, end, above, self._declared.get(above), above in self._values)
 
     def _note(self, declared: Declared) -> None:
         self.last = declared
@@ -130,28 +150,30 @@ class _Locator:
                 return keys
             self._at += 1
 
-    def _value(self, path: Path) -> None:
+    def _value(self, path: Path) -> bool:
+        """Whether it is one without tables."""
         self.lines.setdefault(path, self._line())
-        string = _STRING.match(self._text, self._at)
-        if string:
-            self._at = string.end()
-        elif self._next("["):
-            self._list(path)
-        elif self._next("{"):
+        if self._next("["):
+            return self._list(path)
+        if self._next("{"):
             self._inline_table(path)
-        else:
-            match = _BARE_VALUE.match(self._text, self._at)
-            self._at = match.end() if match else self._at + 1
+            return False
+        string = _STRING.match(self._text, self._at)
+        match = string or _BARE_VALUE.match(self._text, self._at)
+        self._at = match.end() if match else self._at + 1
+        return True
 
-    def _list(self, path: Path) -> None:
+    def _list(self, path: Path) -> bool:
+        """Whether it is one without tables."""
         self._at += 1
         self._blank()
-        index = 0
+        index, plain = 0, True
         while not self._next("]") and self._at < len(self._text):
-            self._value((*path, index))
+            plain = self._value((*path, index)) and plain
             index += 1
             self._skip_comma()
         self._close("]")
+        return plain
 
     def _inline_table(self, path: Path) -> None:
         self._at += 1

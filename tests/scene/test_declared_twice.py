@@ -80,6 +80,62 @@ def test_all_are_told_at_once(tmp_path: Path) -> None:
     )
 
 
-def test_of_many_the_first_are_told(tmp_path: Path) -> None:
-    told = faults("a = 1\n" * 200, tmp_path)
-    assert len(told) <= 52 and told[0] == f"2: a: {AGAIN.format(1)}"
+@pytest.mark.parametrize("times", [52, 53, 1000])
+def test_of_many_the_first_are_told(times: int, tmp_path: Path) -> None:
+    """Without a number of others where these were not looked for."""
+    told = faults("a = 1\n" * times, tmp_path)
+    assert told[:50] == [f"{line}: a: {AGAIN.format(1)}" for line in range(2, 52)]
+    assert told[50:] == [" and more; mend these first"]
+
+
+def test_fifty_are_all(tmp_path: Path) -> None:
+    assert len(faults("a = 1\n" * 51, tmp_path)) == 50
+    assert faults("a = 1\n" * 51 + "b\n", tmp_path)[50] == " and 1 more; mend these first"
+
+
+def test_no_more_is_read_than_is_worth_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Letters of all rounds together; the first of them reads seven, each some more."""
+    monkeypatch.setattr("ccgen.generator.scene.not_toml.MOST_READ", 60)
+    *told, last = faults("a = 1\n" * 20, tmp_path)
+    assert 1 <= len(told) <= 6 and last == " and more; mend these first"
+
+
+def test_places_are_those_of_the_file(tmp_path: Path) -> None:
+    """Where what stands before them was mended to read on."""
+    (again, unread) = faults("a = 1\na = 2 b\n", tmp_path)
+    assert again == f"2: a: {AGAIN.format(1)}"
+    assert unread.startswith("2: found no valid TOML: ") and "(at line 2, column 7)" in unread
+    told = faults("[link] \n[link] x\n", tmp_path)
+    assert "(at line 2, column 8)" in told[-1], told
+
+
+def test_advice_is_on_what_is_written(tmp_path: Path) -> None:
+    """A curved quote in the text of a key that stands twice is none around a value; nor is one in a text."""
+    told = faults('"\u201ca" = 1\n"\u201ca" = 2 b\n', tmp_path)
+    assert told[-1].endswith("; correct the line")
+    assert faults('a = "it\u2019s" b\n', tmp_path)[0].endswith("; correct the line")
+    assert faults("a = 1\na = \u201cb\u201d\n", tmp_path)[-1].endswith('; write straight quotes, ", for curved ones')
+
+
+def test_a_header_within_a_text_is_none(tmp_path: Path) -> None:
+    text = 'name = """\n[link]\n"""\n[run]\n[run]\n'
+    assert faults(text, tmp_path) == [f"5: run: {AGAIN.format(4)}"]
+    assert faults('a = """\n[link]\n"""\na = 1\n[ link ]\n', tmp_path) == [
+        f"4: a: {AGAIN.format(1)}",
+        "5: found [link], expected [[link]], of which there are several; write [[link]]",
+    ]
+
+
+@pytest.mark.parametrize("first", ["a = 1", "a = [1, 2]", 'a = "{}"', "a = []"])
+def test_a_value_is_no_table(first: str, tmp_path: Path) -> None:
+    said = (
+        "found within a, which line 1 gives as a value, expected that to be a table; write one of them with another "
+        "name, or leave one out"
+    )
+    assert faults(f"{first}\na.b = 2\n", tmp_path) == [f"2: a.b: {said}"]
+    assert faults(f"{first}\n[a.b]\n", tmp_path) == [f"2: a.b: {said}"]
+
+
+def test_an_empty_key_is_named(tmp_path: Path) -> None:
+    assert faults('"" = 1\n"" = 2\n', tmp_path) == [f'2: "": {AGAIN.format(1)}']
+    assert faults('[run]\n"" = 1\n"" = 2\n', tmp_path) == [f'3: run."": {AGAIN.format(2)}']
