@@ -45,10 +45,12 @@ def check_folder(folder: Path, option: str) -> None:
 
 
 def check_there(path: Path, what: str, *ends: str) -> None:
-    """Stop with exit code 2 unless ``path``, which is to be ``what``, is there; names with one of these ``ends`` may be
-    meant for it."""
+    """Stop with exit code 2 unless ``path``, which is to be ``what``, is there, and no folder if it is a file with one
+    of these ``ends``."""
     if not path.exists():
-        fail(f"{path}: found no such file, expected {what}{as_there(path, *ends or ('',))}; correct the name")
+        fail(f"{path}: found nothing there, expected {what}{as_there(path, *ends)}; correct the name")
+    if ends and path.is_dir():
+        fail(f"{path}: found a folder, expected {what}; name a file")
 
 
 def check_picture(file: Path, option: str) -> None:

@@ -17,7 +17,8 @@ MANY = {(key,) for key, kind in TABLES.items() if kind.many} | {("part", key) fo
 """Tables of which a scene, or a part, may have several."""
 
 MOST_READ = 5_000_000
-"""Letters that are read, in all rounds together, in looking for what stands twice: some seconds."""
+"""Letters that are read, in all rounds together, in looking for what stands twice: so of a usual scene as many are
+found as are told, and one of a million letters takes some seconds."""
 
 _BARE = re.compile(r"[=\[,]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-zµ%°][^,\]}#\"]*)")
 """A number with something like a unit behind it, without quotes."""
@@ -34,7 +35,7 @@ def not_toml(text: str, file: str, error: TOMLDecodeError) -> tuple[tuple[Fault,
     """All keys and tables that stand twice, with them all single headers of tables that there are several of, and what
     else the reader finds first, in the order of the file; and whether these are all that were to be found.
 
-    What stands twice is mended, and the text read again: in ``MOST_READ`` letters as many are found as are told."""
+    What stands twice is mended, and the text read again, at most ``MOST_READ`` letters of it."""
     mended, read, found = _Mended(text), 0, list[Fault]()
     known: dict[str, Path] = {}
     other: TOMLDecodeError | None = error

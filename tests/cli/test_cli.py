@@ -402,7 +402,7 @@ FAULTS = {
         "JOINT: found 'nothing'",
         "--plot x.pdf: found 'x.pdf'",
     ],
-    "diff one.txt two.txt": ["one.txt: found no such file", "two.txt: found no such file"],
+    "diff one.txt two.txt": ["one.txt: found nothing there", "two.txt: found nothing there"],
 }
 """Commands, and the beginnings of all lines that they are refused with."""
 

@@ -122,9 +122,9 @@ def test_what_effects_tell_is_checked_with_the_model() -> None:
 
 def test_files_that_are_none_are_refused() -> None:
     Path("here").mkdir()
-    for given in ("here", "nowhere", "nowhere.npz"):
+    for given, found in (("here", "no such file"), ("nowhere", "nothing there"), ("nowhere.npz", "nothing there")):
         done = CliRunner().invoke(app, ["plot", given, "t"])
-        assert done.exit_code == 2 and "found no such file, expected " in done.stderr
+        assert done.exit_code == 2 and f"found {found}, expected " in done.stderr
         assert "the .npz file of a run" in done.stderr
     done = CliRunner().invoke(app, ["plot", "here", "t", "--times", "5"])
     assert done.exit_code == 2 and "--times: found without --csv" in done.stderr
