@@ -90,8 +90,8 @@ class Parameters(MutableMapping[str, float]):
     def _known(self, name: str) -> None:
         if name in self._over_time:
             raise UnknownName(
-                f"{name}: found no parameter, for the scene gives it over time, {self._over_time[name]}, expected one "
-                "of the model; write a number in its place in the scene, or names of [let] within it, and set that"
+                f"{name}: found a value that the scene gives over time ({self._over_time[name]}), expected a "
+                "parameter; write a number in its place in the scene, or names of [let] within it, and set that"
             )
         if name not in self._values:
             near = self._near(str(name))
@@ -102,14 +102,16 @@ class Parameters(MutableMapping[str, float]):
             )
 
     def _near(self, name: str) -> list[str]:
-        """Up to three names that may be meant: of a length the coordinates of that link's points, which make it."""
+        """Up to three names that may be meant, of what is given over time too, which is said: of a length the
+        coordinates of that link's points, which make it."""
         from difflib import get_close_matches
 
         owner, _, word = name.rpartition(".")
         points = [one for one in self._values if one.startswith(f"{owner}.points.") and self._values[one] != 0.0]
         if word == "length" and points:
             return points[:3]
-        return get_close_matches(name, self._values, n=3) or list(self._values)[:3]
+        near = get_close_matches(name, (*self._values, *self._over_time), n=3) or list(self._values)[:3]
+        return [f"{one} (given over time)" if one in self._over_time else one for one in near]
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)

@@ -97,7 +97,7 @@ def model(workshop: Workshop) -> Any:
 
 @pytest.mark.parametrize("path", OVER_TIME)
 def test_a_model_says_why_it_cannot_be_set(path: str, model: Any) -> None:
-    said = f"{path}: found no parameter, for the scene gives it over time, {OVER_TIME[path]}, expected one of the model"
+    said = f"{path}: found a value that the scene gives over time ({OVER_TIME[path]}), expected a parameter; write "
     with pytest.raises(KeyError) as error:
         model.with_parameters({path: 1.0})
     assert str(error.value).startswith(said)
@@ -110,9 +110,17 @@ def test_so_do_commands(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["run", str(tmp_path / "given.toml"), "--set", "motor_0.torque=1"])
     assert done.exit_code == 2
     assert done.stderr == (
-        "--set motor_0.torque: found no parameter, for the scene gives it over time, 2 * sin(3 * t), expected one of "
-        "the model; write a number in its place in the scene, or names of [let] within it, and set that\n"
+        "--set motor_0.torque: found a value that the scene gives over time (2 * sin(3 * t)), expected a parameter; "
+        "write a number in its place in the scene, or names of [let] within it, and set that\n"
     )
+
+
+def test_a_misspelt_name_is_told_as_it(tmp_path: Path) -> None:
+    """With what it is, and not as another part's parameter alone."""
+    (tmp_path / "given.toml").write_text(text())
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "given.toml"), "--set", "motor_1.angel=1"])
+    assert done.exit_code == 2
+    assert "found no such parameter, expected one of the model, as motor_1.angle (given over time)" in done.stderr
 
 
 def test_so_do_events() -> None:
