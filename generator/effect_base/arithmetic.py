@@ -6,7 +6,7 @@ import ast
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 from .units import UNITS, Dimension, kind_of
@@ -70,10 +70,11 @@ def read_tree(text: str, names: Names, of_time: bool = True) -> ast.expr:
     Raises ``ExpressionError`` with a sentence, ``NameWithoutValue`` where what is wrong is told elsewhere.
     """
     tree = parsed(text)
-    _check_names(tree, names, of_time)
+    free = dict.fromkeys(free_names(tree))
+    _check_names(tree, free, names, of_time)
     if _check(tree, 0, names) > HIGHEST:
         raise ExpressionError(f"it amounts to a power higher than {HIGHEST}; write a lower one")
-    if any(names.get(name, 0.0) is None for name in free_names(tree)):
+    if any(names.get(name, 0.0) is None for name in free):
         raise NameWithoutValue
     put: ast.expr = _Numbers(names).visit(tree)
     return put
@@ -109,8 +110,9 @@ def _unreadable(text: str) -> str:
 
 def free_names(tree: ast.expr) -> Iterator[str]:
     """Names in an expression that are no functions' and no constants', each as often as it stands there."""
-    called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    found = [node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
+    nodes = list(ast.walk(tree))
+    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    found = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
     for node in sorted(found, key=lambda node: node.col_offset):
         if node.id not in RESERVED and id(node) not in called:
             yield node.id
@@ -161,10 +163,9 @@ def calculate(text: str, names: Names) -> Written:
     return Written(value, text, _measures(parsed(text), names))
 
 
-def _check_names(tree: ast.expr, names: Names, of_time: bool) -> None:
+def _check_names(tree: ast.expr, free: Iterable[str], names: Names, of_time: bool) -> None:
     """Every name is known; all that are not are told together."""
-    found = dict.fromkeys(free_names(tree))
-    unknown = [name for name in found if name not in names and name not in RESERVED]
+    unknown = [name for name in free if name not in names and name not in RESERVED]
     allowed = (*(("t",) if of_time else ()), "pi", *names)
     if unknown:
         close = get_close_matches(unknown[0], allowed, 1)
