@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ccgen.runtime.record.outputs import Sample, outputs_of
+
 Array = NDArray[np.float64]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
@@ -93,12 +95,12 @@ class Between:
     def __init__(self, scene: Any, run: Any, t: Array) -> None:
         self.mechanism, self.run, self.t = scene.mechanism, run, t
         (self.model,) = run.in_force.models
-        self.q, self.u = run.at(t)
+        self.known = Sample(run, t)  # what Run.values looks names up in, once for all of them
+        self.q, self.u = self.known.q, self.known.u
         self.poses, self.rates = self.model.poses(self.q), self.model.velocities(self.q, self.u)
 
     def told(self, name: str) -> Array:
-        found: Array = self.run.values(name, t=self.t)[name]
-        return found
+        return np.asarray(outputs_of(self.run.model)[name].of(self.known))
 
     def _arm(self, reference: Any) -> tuple[float, float]:
         told = self.model.parameters
@@ -201,7 +203,7 @@ def _rubbing(at: Between) -> Iterator[Array]:
     """Friction of points and discs on grounds: along the ground, times the velocity of what touches it there. In time
     stepping, where forces are no numbers, it is among what contacts take."""
     told = at.model.parameters
-    force = np.nan_to_num(at.run.contact_forces(at.t)[..., 1])
+    force = np.nan_to_num(at.known.motion.pushes[..., 1])
     planes = at.model.ground_planes()
     for number, (point, ground) in enumerate(at.model.contacts):
         if not np.any(force[:, number]):
