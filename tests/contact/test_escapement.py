@@ -87,24 +87,34 @@ def balanced(run: Any, seen: Swings, last: int) -> float:
     return math.sqrt(gained * seen.periods[-1] / (2.0 * math.pi**2 * pendulum(run.model).damping))
 
 
+@pytest.fixture(scope="module")
+def usual(workshop: Workshop) -> Any:
+    """A minute of the clock as it is shipped."""
+    return simulate(workshop.model(load_scene(ROOT / "scenes" / "escapement.toml")))
+
+
+@pytest.fixture(scope="module")
+def steady(usual: Any) -> float:
+    """Its amplitude in the end (rad)."""
+    return float(check(usual).amplitudes[-1])
+
+
 @pytest.mark.hard
-def test_the_wheel_goes_on_by_a_tooth_at_each_swing(workshop: Workshop) -> None:
+def test_the_wheel_goes_on_by_a_tooth_at_each_swing(usual: Any) -> None:
     """For a minute, with the period of the free pendulum within Airy's bound, at the amplitude that energy balances.
 
     Impulses after the middle of a swing slow it by cot(phase)/(2 Q), at most as much as their last instant would.
     The square of the amplitude settles as exp(-w t/Q), by a fortieth in a minute. The harmonic balance leaves out A²/8.
     """
-    run = simulate(workshop.model(load_scene(ROOT / "scenes" / "escapement.toml")))
-    seen = check(run)
+    seen = check(usual)
     assert np.ptp(seen.amplitudes[-10:]) < 1e-4 * seen.amplitudes[-1]
-    assert seen.amplitudes[-1] == pytest.approx(balanced(run, seen, 10), rel=1e-3)
+    assert seen.amplitudes[-1] == pytest.approx(balanced(usual, seen, 10), rel=1e-3)
 
 
 @pytest.mark.hard
 @pytest.mark.parametrize("degrees", [3.2, 4.5])
-def test_other_swings_come_to_the_same(degrees: float, workshop: Workshop) -> None:
-    model = workshop.model(load_scene(ROOT / "scenes" / "escapement.toml"))
-    steady = check(simulate(model)).amplitudes[-1]
+def test_other_swings_come_to_the_same(degrees: float, usual: Any, steady: float) -> None:
+    model = usual.model
     q, u = model.start()
     q[list(model.links).index("pendulum")] = math.radians(degrees)
     run = simulate(model, q0=q, u0=u, until=120.0)

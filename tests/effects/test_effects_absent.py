@@ -14,7 +14,7 @@ from ccgen.generator.scene import Scene, read
 from ccgen.generator.write_c.render import Banner
 
 from ..support.effect_examples import EXAMPLES, SCENE
-from ..support.tiers import all_hard_but, hard
+from ..support.tiers import LARGE, hard
 
 
 def _program(text: str, folder: Path) -> dict[str, bytes]:
@@ -36,14 +36,20 @@ def test_every_effect_has_an_example() -> None:
     assert list(EXAMPLES) and {entry.key for entry in REGISTRY} == set(EXAMPLES)
 
 
-@pytest.mark.parametrize("beside", ["nothing", hard("every other effect")])
-@pytest.mark.parametrize("key", all_hard_but("gravity", "drive", of=EXAMPLES))
+ALONE = "nothing"
+BESIDE = [(key, ALONE) for key in EXAMPLES] + [(key, "every other effect") for key in [*EXAMPLES][:: 1 if LARGE else 3]]
+"""Beside every other effect each third one in ``make hard``: three programs of all of them take five seconds."""
+
+
+@pytest.mark.parametrize(
+    ("key", "beside"), [case if case in (("gravity", ALONE), ("drive", ALONE)) else hard(*case) for case in BESIDE]
+)
 def test_removing_a_table_removes_the_effect(
     key: str, beside: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Byte for byte."""
     (entry,) = (entry for entry in REGISTRY if entry.key == key)
-    others = "" if beside == "nothing" else "".join(example for other, example in EXAMPLES.items() if other != key)
+    others = "" if beside == ALONE else "".join(example for other, example in EXAMPLES.items() if other != key)
     full = _program(SCENE + others + EXAMPLES[key], tmp_path / "full")
     bare = _program(SCENE + others, tmp_path / "bare")
     _without(entry, monkeypatch)

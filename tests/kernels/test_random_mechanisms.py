@@ -1,6 +1,6 @@
 """Random mechanisms, trees with random extra joints and random effects, against the dense reference.
 
-Hypothesis draws ten in ``make test`` and twenty in ``make hard``, of fifty with ``CCGEN_LARGE=1``, the same ones each
+Hypothesis draws ten in ``make test`` and fifteen in ``make hard``, of fifty with ``CCGEN_LARGE=1``, the same ones each
 time; ``make fuzz-mechanisms`` draws more.
 """
 
@@ -43,7 +43,7 @@ def check(sketch: Sketch, workshop: Workshop) -> None:
 @pytest.mark.hard
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches())
-@first(20)
+@first(15)
 def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)
 
@@ -51,6 +51,6 @@ def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, work
 @pytest.mark.hard
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches(meshes=True))
-@first(20)
+@first(15)
 def test_random_gears_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)

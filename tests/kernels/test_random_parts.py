@@ -142,6 +142,6 @@ def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: D
 @pytest.mark.hard
 @settings(DRAWN, max_examples=3 * EXAMPLES)
 @given(drawn=drawings(every=True))
-@first(EXAMPLES)
+@first(EXAMPLES // 2)
 def test_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
