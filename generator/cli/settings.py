@@ -80,7 +80,7 @@ def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool, *, 
         if wrong := _wrong_unit(path, value, scene):
             faults.add(wrong)
         elif path not in begins:
-            numbers[path] = float(value)
+            numbers[path] = value
     faults.of(_check_numbers, numbers, parameters_of(scene, fold), scene)
     faults.stop_if_any()
     if all_read:
@@ -90,7 +90,7 @@ def _check_settings(settings: Mapping[str, float], scene: Scene, fold: bool, *, 
 def _check_numbers(numbers: Mapping[str, float], parameters: Parameters, scene: Scene) -> None:
     """Stop with exit code 2 where there are no such parameters, or they cannot be these."""
     try:
-        parameters.update(numbers)
+        parameters.update({path: float(value) for path, value in numbers.items()})
     except (KeyError, ValueError) as error:
         told = {f"{path}: ": _meant(path, value, scene) for path, value in numbers.items()}
         lines = (
