@@ -105,6 +105,19 @@ def test_ten_rough_discs_come_to_lie(
     reach(f"ten discs, mu {mu}, e {e}, {seed}: part of the time by time stepping", steps / 3.0, by_steps)
 
 
+@pytest.mark.hard
+def test_what_a_wall_holds_up_is_not_let_go_and_held_again(workshop: Workshop) -> None:
+    """A disc leans on a wall with friction at its limit, another hardly presses: as if they stuck, forces would pull.
+    Let go and held again without time between, the pile went by time stepping three times."""
+    model = workshop.model(pile(0.5, 0.3))
+    rng = np.random.default_rng(0)
+    q, u = model.start()
+    q, u = q + rng.uniform(-0.015, 0.015, q.size), 0.5 * rng.normal(size=u.size)
+    run = simulate(model, q, u, until=0.47)
+    assert run.success, run.message
+    assert not [phase for phase in run.phases if phase.kind == "steps"]
+
+
 @pytest.mark.parametrize("rough", ["", hard('friction = 0.3\nlaw = "poisson"')])
 def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop, reach: Reach) -> None:
     """A ring dropped on one corner, discs about all joints that are no neighbours."""

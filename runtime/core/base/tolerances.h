@@ -338,10 +338,10 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "times rounding: a change of forces that shows where they go", \
       "six bits of it are then known") \
     X(EDGE, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
-      "friction within this part of its limit is at it", \
+      "friction within this part of its limit, or of the force that stops the largest acceleration by that contact alone, is at it", \
       "some thousand roundings of the impulses that limit it") \
     X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
-      "the same where a contact has just begun to slide, by an event that was located on that limit", \
+      "the same where a contact has just begun to slide, by an event that was located on that limit, or others that stick keep it", \
       "chosen: what others that begin to slide at the same instant change of the forces is more than rounding") \
     X(ORDINARY, 16.0, OF_RELATIVE, \
       "events of a contact in a window of crowds that are no crowd", \
