@@ -100,8 +100,8 @@ another: $(VENV)/test
 	@python=$$($(BIN)/python backend/another_python.py) || exit 1; \
 	if test -z "$$python"; then echo "another Python: found none beside $$($(BIN)/python --version); nothing is compared"; exit 0; fi; \
 	$(MAKE) --no-print-directory $(ANOTHER)/installed ANOTHER_PYTHON=$$python && \
-	$(BIN)/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-here && \
-	$(ANOTHER)/bin/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-there && \
+	{ $(BIN)/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-here & here=$$!; \
+	$(ANOTHER)/bin/python -m tests.support.scene_bytes $(ANOTHER_SCENES) > $(ANOTHER)/bytes-there && wait $$here; } && \
 	diff $(ANOTHER)/bytes-here $(ANOTHER)/bytes-there && \
 	echo "$$($(BIN)/python --version) and $$($(ANOTHER)/bin/python --version): the same bytes of $(words $(ANOTHER_SCENES)) scenes" && \
 	CCGEN_TEST_CACHE_DIR=$(CURDIR)/$(ANOTHER)/cache $(ANOTHER)/bin/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)

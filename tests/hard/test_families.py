@@ -1,5 +1,5 @@
 """Families of random mechanisms run to their ends and keep the invariants. ``CCGEN_FAMILIES`` says how many runs
-there are (``make hard``: 48, four of each family; 144 with ``CCGEN_LARGE=1``), and ``CCGEN_FAMILIES_SEED`` draws
+there are (``make hard``: 24, two of each family; 144 with ``CCGEN_LARGE=1``), and ``CCGEN_FAMILIES_SEED`` draws
 others than those of every time."""
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..support.workshop import Workshop
 from .families import Throw, throw, throws
 from .family_runs import LONG, run
 
-EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", many(48, 144)))
+EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", many(24, 144)))
 SEED = int(os.environ.get("CCGEN_FAMILIES_SEED", "0"))
 LONGEST = 60.0
 """Seconds of the wall clock, after which a run is ended and has not reached its end; most take hundredths."""

@@ -58,6 +58,7 @@ def test_a_branch_that_one_run_loses(workshop: Workshop) -> None:
         assert one.states.shape == (TURNS, 4) and one.states[:, 1] == pytest.approx(height + RADIUS, abs=1e-9)
 
 
+@pytest.mark.hard
 def test_segments_follow_the_period(workshop: Workshop) -> None:
     """The simplest walker where gravity becomes four times as strong: the same gait in half the time, in three segments
     that end after times, the last where its foot strikes. Two thirds of the first period are longer than the last one:

@@ -14,6 +14,7 @@ from ccgen.generator.compile.compiler import CompileError, Compiler
 from ccgen.runtime import precision
 
 from ..support.folders import ROOT, RUNTIME
+from ..support.tiers import hard
 
 
 def test_every_type_of_numbers_has_its_module() -> None:
@@ -111,7 +112,7 @@ def test_what_fails_is_said_in_a_sentence(tmp_path: Path) -> None:
         assert said in done.stdout and "Traceback" not in done.stdout
 
 
-@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize("terminal", [False, hard(True)])
 def test_how_far_it_is_is_said_on_a_terminal_alone(terminal: bool, tmp_path: Path) -> None:
     """A pipe or a file gets no word, also where many processes compile; the last words of what fails are in the
     error."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from ..support.skips import LIST, listed_reasons
+from ..support.tiers import hard
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = """
@@ -47,7 +48,7 @@ def test_listed_reasons_are_counted_and_pass(tmp_path: Path) -> None:
     assert code == 0 and "    2  root may write everywhere\n" in output, output
 
 
-@pytest.mark.parametrize("whole", ["", "pytest.importorskip('no_such_package')"])
+@pytest.mark.parametrize("whole", ["", hard("pytest.importorskip('no_such_package')")])
 def test_other_reasons_fail_where_all_are_to_be_listed(tmp_path: Path, whole: str) -> None:
     """Within a test, and where a whole file is skipped as it is collected."""
     code, output = session(tmp_path, strict=True, reason="the moon is full", whole=whole)

@@ -19,7 +19,7 @@ from ccgen.runtime import Run, load_run, simulate
 from ..hard import driven, fuzz
 from ..oracles.balance import energy, left
 from ..support.folders import ROOT
-from ..support.tiers import many
+from ..support.tiers import hard, many
 from ..support.workshop import Workshop
 
 MANY = int(os.environ.get("CCGEN_AUDITS", many(25, 250)))
@@ -151,7 +151,7 @@ def test_shipped_scenes(file: Path, method: str, workshop: Workshop) -> None:
 
 @pytest.mark.parametrize(
     ("text", "method"),
-    [(RINGS, "dop853"), (RINGS, "moreau"), (HEXAGON, "gauss"), (HEXAGON, "moreau")],
+    [(RINGS, "dop853"), (RINGS, "moreau"), hard(HEXAGON, "gauss"), (HEXAGON, "moreau")],
     ids=["ring-dop853", "ring-moreau", "hexagon-gauss", "hexagon-moreau"],
 )
 def test_what_contacts_take_in_steps_counts_once(text: str, method: str, workshop: Workshop) -> None:
