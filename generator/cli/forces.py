@@ -58,7 +58,7 @@ class Told:
     @property
     def passed(self) -> FloatArray:
         """When (s) links passed a line, or were next to it at instants looked at; raises ``ValueError`` likewise."""
-        beside = self.history.t[self.history.beside]
+        beside = self.history.t[self.history.beside.any(axis=1)]
         return np.sort(np.concatenate([self._with_peaks[1], beside]))
 
     @cached_property
@@ -86,9 +86,9 @@ def print_forces(told: Told) -> None:
         typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
     if len(told.passed):
         typer.echo(
-            f"forces of joints near a line of links, a change point, as at t = {told.passed[0]:.6g} s, are not "
-            f"{'among them' if rows else 'told'}: they and impulses grow as one by the distance from it, and in it are "
-            "not determined"
+            f"forces of joints that grow without bound near a line of links, a change point, as at "
+            f"t = {told.passed[0]:.6g} s, are not {'among them' if rows else 'told'}: they and impulses "
+            "grow there as one by the distance from it"
         )
 
 
@@ -150,13 +150,8 @@ def _joints(run: Run, found: History, most: int | None) -> list[Row]:
     Where all are rounding, as of joints that only place free bodies, the largest is no measure of it: then it is the
     rounding of energies over the mechanism's length.
     """
-    from ccgen.runtime.record.force_history import away_from_lines
-
-    sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
-    away = np.ones_like(sizes, dtype=bool)
-    if found.beside.any():
-        away = np.array([away_from_lines(found.t, size, found.beside) for size in sizes.T]).T
-    sizes = np.where(away, sizes, 0.0)
+    away = found.far_of_joints()
+    sizes = np.where(away, np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1]), 0.0)
     peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
     least = max(ROUNDING * float(np.max(sizes, initial=0.0)), rounding_of_energy(run) / run.model.length)
@@ -176,10 +171,9 @@ def _drives(run: Run, found: History) -> list[tuple[str, list[str]]]:
     """By the joint of each drive its largest torque or force, either way, the largest power that it gives, and that
     which it takes up; each where states are known well enough to tell it from zero, and away from lines of links, as
     forces of joints."""
-    from ccgen.runtime.record.force_history import away_from_lines
     from ccgen.runtime.record.outputs import driven_joints, slides
 
-    rows = []
+    rows, far = [], found.far_of_drives()
     for number, joint in enumerate(driven_joints(run.model)):
         effort, power = found.drives[:, number].T
         what, unit = ("force", "N") if slides(run.model, joint) else ("torque", "N m")
@@ -189,10 +183,10 @@ def _drives(run: Run, found: History) -> list[tuple[str, list[str]]]:
             ("takes", "W", -power, -power),
         )
         said = []
-        for word, measure, values, sizes in asked:
-            counted = np.where(away_from_lines(found.t, np.abs(sizes), found.beside), sizes, 0.0)
+        for kind, (word, measure, values, sizes) in enumerate(asked):
+            counted = np.where(far[:, kind, number], sizes, 0.0)
             (peak,) = first_largest(counted[:, None])
-            if counted[peak] > ALIKE * np.max(np.abs(sizes)):
+            if counted[peak] > ALIKE * np.max(np.abs(sizes), where=np.isfinite(sizes), initial=0.0):
                 said.append(f"{word} {values[peak]:.6g} {measure} at t = {found.t[peak]:.6g} s")
         if said:
             rows.append((joint, said))

@@ -154,10 +154,10 @@ cdef extern from *:
         int why
         real size
     int held_forces(system *s, size_t count, size_t every, const real *t, const real *q, const real *u, const real *latched, held chosen,
-                    real *u_dot, real *lambda_, real *push, real *reaction, real *told, obstruction *found) nogil
+                    real *u_dot, real *lambda_, real *push, real *reaction, real *told, char *unknown, obstruction *found) nogil
     int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
+    int near_a_limit(system *s, const real *q, int rank) nogil
     int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
-    void find_unknown(system *s, size_t count, const real *q, char *unknown) nogil
     enum:
         MOVES
     struct directions:

@@ -198,7 +198,7 @@ cdef class Differentiating(Contacting):
         cdef int outcome = 0, sure = 1
         found, without = empty((b // side, n, columns.shape[0], side)), {}
         if held:
-            u_dot, lambdas, forces, _, _, trouble = self.motion(q, u, t, held)
+            u_dot, lambdas, forces, _, _, _, trouble = self.motion(q, u, t, held)
             without = {trouble[0]: trouble[1]} if trouble else {}
             pushes = forces
         else:

@@ -30,20 +30,21 @@ cdef class Contacting(Evaluations):
             raise MemoryError
         return np.asarray(out)[:b * contacts].reshape(b, contacts).astype(bool)
 
-    def unknown(self, const real[:, ::1] q):
-        """Whether links lie so nearly in a line at each configuration (b, n) that no force is known: (b,) of truth values."""
+    def near_limits(self, const real[:, ::1] q):
+        """In which configurations (b, n) rows are so near to dependence that what ``motion`` tells is a limit, if there is one, or
+        of which that cannot be told: (b,) of truth values."""
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
-        cdef size_t b = q.shape[0]
+        cdef size_t i, b = q.shape[0]
         cdef char[::1] out = np.zeros(b + 1, dtype=np.int8)
-        if b:
-            find_unknown(&s, b, &q[0, 0], &out[0])
+        for i in range(b):
+            out[i] = near_a_limit(&s, &q[i, 0], 0)
         return np.asarray(out)[:b].astype(bool)
 
     def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None, latched=None, bint shared=False):
         """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, joint
-        reactions (b, 3 joints) and what effects tell (b, told) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
-        outcome, and of what prevents it the name, the contact and the size.
+        reactions (b, 3 joints) and what effects tell (b, told) at one time or at times (b,), without the GIL; in which states (b,) rows are so nearly
+        dependent that none of these is known; and, where a state has none, its number, the outcome, and of what prevents it the name, the contact and the size.
 
         Contacts are held as ``chosen`` says, of each its number and how; those that a run would hold
         where it is None. Forces that this leaves open are ``shared``: those of least norm within Coulomb's limits, of contacts that
@@ -54,6 +55,7 @@ cdef class Contacting(Evaluations):
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
         cdef real[:, ::1] reactions = empty((b, max(carried, 1))), told = empty((b, max(self.m.told, 1)))
         cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
+        cdef char[::1] unknown = np.zeros(b + 1, dtype=np.int8)
         cdef _Chosen these = _Chosen(chosen, shared)
         cdef real[:, ::1] holding
         cdef const real *holds = NULL
@@ -73,14 +75,14 @@ cdef class Contacting(Evaluations):
         if b:
             with nogil:
                 outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], holds, these.given, &out[0, 0], &forces[0, 0],
-                                      &push[0, 0], &reactions[0, 0], &told[0, 0], &found)
+                                      &push[0, 0], &reactions[0, 0], &told[0, 0], &unknown[0], &found)
         if supply is not None and supply.error is not None:
             raise supply.error
         self.inexact = s.refinement_residual
         trouble = None
         if b and (outcome or found.why):
             trouble = (found.state, OUTCOMES[outcome], OBSTACLES[found.why], found.contact, found.size)
-        return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], np.asarray(told)[:, :self.m.told], trouble
+        return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], np.asarray(told)[:, :self.m.told], np.asarray(unknown)[:b].astype(bool), trouble
 
     def contact_reactions(self, const real[:, ::1] q, const real[:, ::1] P):
         """What forces P (b, 2 contacts) of the contacts, normal ones first, add to the joint reactions (b, 3 joints), on the

@@ -59,6 +59,10 @@ def _pairs(contacts: object) -> bool:
 
 def flight_of(model: Compiled, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:
     """One field of ``Motion`` of states in which no contact pushes, under the inputs that are set."""
+    if model.rows and model.kernels.near_limits(q).any():
+        found = Parts(model, len(q), what == "reactions")
+        found.fill(slice(None), q, u, t, ())
+        return np.asarray(getattr(found.motion, what))
     forces = what in ("multipliers", "reactions")
     u_dot, multipliers = _accelerated(model, q, u, t, reactions=what == "reactions", forces=forces)
     if what == "reactions":
@@ -123,6 +127,7 @@ class Parts:
     def __init__(self, model: Compiled, count: int, reactions: bool) -> None:
         kind = model.core.REAL
         self.model, self.asked, self.inexact = model, reactions, 0.0
+        self.unknown = np.zeros(count, dtype=bool)
         self.motion = Motion(
             np.empty((count, len(model.u_names)), dtype=kind),
             np.empty((count, len(model.rows)), dtype=kind),
@@ -136,6 +141,18 @@ class Parts:
         if held is None or held:
             self.fill_in_contact(rows, q, u, t, held, shared=held is None)
             return
+        near = self.model.kernels.near_limits(q) if self.model.rows else np.zeros(len(q), dtype=bool)
+        if near.any():
+            numbers = np.array(self._numbers(rows))
+            for these, fill in ((near, self.fill_in_contact), (~near, self._fill_in_flight)):
+                when = t[these] if isinstance(t, np.ndarray) and t.ndim else t
+                if these.any():
+                    fill(numbers[these], q[these], u[these], when)
+        else:
+            self._fill_in_flight(rows, q, u, t)
+
+    def _fill_in_flight(self, rows: Any, q: FloatArray, u: FloatArray, t: float | FloatArray) -> None:
+        """States that are not near a limit."""
         kernels, motion = self.model.kernels, self.motion
         u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
         self.inexact = max(self.inexact, kernels.inexact)
@@ -151,20 +168,23 @@ class Parts:
         q: FloatArray,
         u: FloatArray,
         t: float | FloatArray,
-        held: Held | None,
+        held: Held | None = (),
         supply: Supply | None = None,
         latched: FloatArray | None = None,
         *,
-        shared: bool,
+        shared: bool = False,
     ) -> None:
         """The same by the solver of a run, under the inputs of a ``supply`` if there is one, and with what effects hold
         there, ``latched`` (b, latches). Forces that this leaves open are ``shared`` as a run shares them, or are what
         is said."""
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers, pushes, reactions, told, trouble = kernels.motion(q, u, t, held, supply, latched, shared)
+        u_dot, multipliers, pushes, reactions, told, unknown, trouble = kernels.motion(
+            q, u, t, held, supply, latched, shared
+        )
         if trouble:
             raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)
+        self.unknown[rows] = unknown
         motion.u_dot[rows], motion.multipliers[rows], motion.told[rows] = u_dot, multipliers, told
         motion.pushes[rows] = pushes.reshape(len(q), 2, len(self.model.contacts)).transpose(0, 2, 1)
         if self.asked:

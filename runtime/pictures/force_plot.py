@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
-from ..record.force_history import History, away_from_lines, history
+from ..record.force_history import History, history
 from ..record.record import Record
 from .marks import mark_impacts, name_marks
 from .plot import named_curves
@@ -51,8 +51,8 @@ def draw_forces(
         named_curves(axes, *_with_gaps(run, found.t, curves))
         mark_impacts(axes, run)
         if found.beside.any() and label == JOINTS:
-            away = {name: curve[away_from_lines(found.t, curve, found.beside)] for name, curve in curves.items()}
-            if (largest := max(float(np.max(curve, initial=0.0)) for curve in away.values())) > 0.0:
+            away = zip(curves.values(), found.far_of_joints().T, strict=True)
+            if (largest := max(float(np.max(curve, where=far, initial=0.0)) for curve, far in away)) > 0.0:
                 axes.set_ylim(0.0, ROOM * largest)
         axes.set_ylabel(label)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
@@ -74,6 +74,11 @@ def _with_gaps(run: Record, t: FloatArray, curves: dict[str, FloatArray]) -> tup
         return t, curves
     places = np.searchsorted(t, gaps)
     return np.insert(t, places, gaps), {name: np.insert(curve, places, np.nan) for name, curve in curves.items()}
+
+
+def _largest(curve: FloatArray) -> float:
+    """The largest of sizes that have a bound."""
+    return float(np.max(np.abs(curve), where=np.isfinite(curve), initial=0.0))
 
 
 def panels(run: Record, found: History) -> list[Panel]:
@@ -101,8 +106,6 @@ def panels(run: Record, found: History) -> list[Panel]:
         ("moment of stops [N m]", turning),
         (JOINTS, joints),
     ]
-    least = ROUNDING * max(
-        (float(np.max(np.abs(curve))) for _, curves in every for curve in curves.values()), default=0.0
-    )
+    least = ROUNDING * max((_largest(curve) for _, curves in every for curve in curves.values()), default=0.0)
     shown = [panel for panel in every if any(np.any(np.abs(curve) > least) for curve in panel[1].values())]
     return shown or [("normal force [N]", {run.model.contacts[0][0]: np.zeros(len(found.t))})]

@@ -34,8 +34,9 @@ class History:
     (n, meshes), as those of a run. Of ``drives`` (n, drives, 2) the torque (N m), or the force along a line (N), on the
     second link, and the power (W) that it gives.
 
-    Instants at which forces jump are there twice, with what they are just before and after. ``beside`` (n,) says which
-    are next to one at which links are so nearly in a line that no force is known: forces may have no bound there.
+    Instants at which forces jump are there twice, with what they are just before and after. ``beside``
+    (n, quantities), of ``sizes``, says which are without bound, or may be: where joints of links in a line have to
+    carry without bound, and next to instants at which links are so nearly in a line that no force is known.
     """
 
     t: FloatArray
@@ -56,9 +57,9 @@ class History:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Where contacts and joints have forces that are numbers (n,)."""
+        """Where contacts and joints have forces, with or without bound (n,)."""
         every = np.concatenate([self.pushes[:, :, 0], self.pushes[:, :, 1], *np.moveaxis(self.reactions, 2, 0)], axis=1)
-        return np.asarray(np.isfinite(every).all(axis=1))
+        return np.asarray(~np.isnan(every).any(axis=1))
 
     @property
     def sizes(self) -> FloatArray:
@@ -69,13 +70,30 @@ class History:
         return np.hstack([self.pushes[:, :, 0], np.abs(self.meshes), joints, np.abs(effort), power, -power])
 
     @property
+    def first_joint(self) -> int:
+        """The number of quantities before those of joints, which lines of links leave bounded."""
+        return int(self.pushes.shape[1] + self.meshes.shape[1])
+
+    @property
+    def far(self) -> NDArray[np.bool_]:
+        """Which ``sizes`` (n, quantities) are not on a slope that rises to where they are without bound."""
+        sizes = np.abs(self.sizes)
+        columns = [away_from_lines(self.t, *both) for both in zip(sizes.T, self.beside.T, strict=True)]
+        return np.array(columns, dtype=bool).reshape(sizes.T.shape).T
+
+    @property
     def away(self) -> FloatArray:
-        """The ``sizes`` with zero for those of joints and drives on a slope that rises to a line of links."""
-        sizes = self.sizes
-        for column in range(self.pushes.shape[1] + self.meshes.shape[1], sizes.shape[1] if self.beside.any() else 0):
-            away = away_from_lines(self.t, np.abs(sizes[:, column]), self.beside)
-            sizes[~away, column] = 0.0
-        return sizes
+        """The ``sizes``, zero where they are not ``far`` from where they are without bound."""
+        return np.where(self.far, self.sizes, 0.0)
+
+    def far_of_joints(self) -> NDArray[np.bool_]:
+        """``far`` of the forces of joints (n, joints)."""
+        return self.far[:, self.first_joint :][:, : self.reactions.shape[1]]
+
+    def far_of_drives(self) -> NDArray[np.bool_]:
+        """``far`` of the efforts of drives and of the powers that they give and take (n, 3, drives)."""
+        first = self.first_joint + self.reactions.shape[1]
+        return self.far[:, first:].reshape(len(self.t), 3, self.drives.shape[1])
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -101,14 +119,16 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     looked = asked[order]
     steps = [(looked >= phase.start) & (looked < phase.end) for phase in run.phases if phase.kind == "steps"]
     line = np.pad(~found.known & ~np.any(steps, axis=0), 1) if steps else np.pad(~found.known, 1)
-    return replace(found, beside=line[:-2] | line[2:]).rows(found.known)
+    beside = ~np.isfinite(found.sizes)
+    beside[:, found.first_joint :] |= (line[:-2] | line[2:])[:, None]
+    return replace(found, beside=beside).rows(found.known)
 
 
 def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
     """A run's ``history`` with the instants added at which the largest forces are between those that are looked at.
 
     And the times (k,) at which links passed a line between two of these, so that no instant beside it was looked at:
-    forces have no bound there. Instants that are next to such a time are ``beside`` it.
+    some have no bound there. Of those the instants that are next to such a time are ``beside`` it.
     """
     passed: dict[int, float] = {}
     while True:
@@ -118,13 +138,15 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
         if not rows:
             break
         passed |= {row: peaks.t[peaks.row == row][0] for row in rows}
+        here = peaks.spikes & np.isin(peaks.row, rows)
         beside = found.beside.copy()
-        beside[rows] = True
+        beside[peaks.row[here], peaks.column[here]] = True
         found = replace(found, beside=beside)
     times = np.setdiff1d(peaks.t, found.t)
     if len(times):
         more = _forces(run, times)
         more = more.rows(more.known)
+        more = replace(more, beside=~np.isfinite(more.sizes))
         both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
         found = both.rows(np.argsort(both.t, kind="stable"))
     return found, np.array([passed[row] for row in sorted(passed)], dtype=found.t.dtype)
@@ -154,7 +176,7 @@ def _forces(run: Record, t: FloatArray) -> History:
     sample = Sample(run, t)
     motion = sample.motion
     meshes = mesh_forces(run.model, motion.multipliers)
-    return History(t, motion.pushes, motion.reactions, meshes, _of_drives(sample), np.zeros(len(t), dtype=bool))
+    return History(t, motion.pushes, motion.reactions, meshes, _of_drives(sample), np.zeros((len(t), 0), dtype=bool))
 
 
 def _of_drives(sample: Sample) -> FloatArray:

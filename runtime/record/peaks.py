@@ -27,23 +27,24 @@ differ by, as states are known to 1e-9 at the usual tolerance."""
 def find_peaks(t: FloatArray, sizes: FloatArray, of: Of, known: NDArray[np.bool_]) -> Peaks:
     """Peaks of ``sizes`` (n, quantities) at times t (n,) that may be the largest of their quantity.
 
-    ``of`` gives sizes (m, quantities) at any times (m,) between these. Rows that are not ``known`` (n,) to be smooth
-    have no peaks beside them, nor have instants that are there twice.
+    ``of`` gives sizes (m, quantities) at any times (m,) between these. What is not ``known`` (n, quantities) to be
+    smooth has no peaks beside it, nor have instants that are there twice.
     """
     found = _Peaks(t, sizes, known)
     beside = np.minimum(found.y[0], found.y[2])
     for _ in range(ROUNDS if len(found.column) else 0):
         times = found.vertices()
         found.put(times, of(times)[np.arange(len(times)), found.column])
-    return Peaks(found.row, found.t[1], found.y[1] > SPIKE * beside)
+    return Peaks(found.row, found.column, found.t[1], found.y[1] > SPIKE * beside)
 
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peaks (p,): the ``row`` of the highest of the instants looked at, the instant ``t`` that was found, and which are
-    ``spikes``: so much higher than what is beside that they may have no bound."""
+    """Peaks (p,): the ``row`` of the highest of the instants looked at, the ``column`` of the quantity, the instant
+    ``t`` that was found, and which are ``spikes``: so much higher than what is beside that they may have no bound."""
 
     row: NDArray[np.intp]
+    column: NDArray[np.intp]
     t: FloatArray
     spikes: NDArray[np.bool_]
 
@@ -58,8 +59,9 @@ class _Peaks:
 
     def __init__(self, t: FloatArray, sizes: FloatArray, known: NDArray[np.bool_]) -> None:
         y = sizes[:-2], sizes[1:-1], sizes[2:]
-        inside = (t[:-2] < t[1:-1]) & (t[1:-1] < t[2:]) & known[:-2] & known[1:-1] & known[2:]
-        row, self.column = np.nonzero(inside[:, None] & (y[1] >= y[0]) & (y[1] >= y[2]))
+        inside = (t[:-2] < t[1:-1]) & (t[1:-1] < t[2:])
+        smooth = known[:-2] & known[1:-1] & known[2:]
+        row, self.column = np.nonzero(inside[:, None] & smooth & (y[1] >= y[0]) & (y[1] >= y[2]))
         self.row = row + 1
         self.t = np.stack([t[row], t[row + 1], t[row + 2]])
         self.y = np.stack([one[row, self.column] for one in y])

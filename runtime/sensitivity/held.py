@@ -72,7 +72,7 @@ def accelerations(
         if without:
             raise _none(model, t, without)
         return u_dot, multipliers, np.zeros((len(q), 2 * len(model.contacts)))
-    u_dot, multipliers, pushes, _, _, trouble = model.kernels.motion(q, u, t, held)
+    u_dot, multipliers, pushes, _, _, _, trouble = model.kernels.motion(q, u, t, held)
     if trouble:
         raise _none(model, t, {trouble[0]: trouble[1]})
     return u_dot, np.ascontiguousarray(multipliers), pushes

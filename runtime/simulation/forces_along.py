@@ -22,8 +22,8 @@ class Along:
     """The motion along a run: in which of the ``ways`` contacts were held from each of the times ``since`` on.
 
     From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there, nor where
-    links lie so nearly in a line that rounding leaves no acceleration known, at less than 6e-6 from it (docs/theory.md,
-    section 8). Next to that they have few digits or none (docs/events.md, Forces).
+    links lie so nearly in a line, without going through it, that rounding leaves no acceleration known, at less than
+    6e-6 from it (docs/theory.md, section 8). Where they go through, they are limits (docs/events.md, Forces).
     ``advance`` has the model and its inputs. Can be pickled with the run.
     """
 
@@ -49,9 +49,7 @@ class Along:
             held = self.ways[one] if one >= 0 else ()
             latched = self.advance.latched.at(t[rows])
             found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply, latched, shared=True)
-        unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
-        if model.rows:
-            unknown |= model.kernels.unknown(np.ascontiguousarray(q))
+        unknown = found.unknown | ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
         for part in vars(found.motion).values():
             part[unknown] = np.nan
         return found.motion

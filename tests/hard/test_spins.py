@@ -270,8 +270,8 @@ def test_forces_beside_lines_are_those_of_wide_numbers(
                 miss = float(np.abs(run.reactions(x) - forces).max() / np.abs(forces).max())
                 (far if here > 1e-3 else near).append(miss)
     assert len(near) > len(seeds)
-    reach(f"forces nearer to lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(near), 1e-2)
-    reach(f"forces farther from lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(far), 1e-3)
+    reach(f"forces nearer to lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(near), 1e-6)
+    reach(f"forces farther from lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(far), 1e-6)
 
 
 @pytest.mark.sample(1)

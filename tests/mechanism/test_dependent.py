@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import BarycentricInterpolator
 
 from ..oracles.least_squares import least_squares
 from ..oracles.maximal import GROUND
@@ -67,14 +68,21 @@ def test_a_flat_chain_at_rest_falls(turn: float, workshop: Workshop) -> None:
     assert close(model.acceleration(q, u), wanted, 1e-10)
 
 
-@pytest.mark.parametrize("bend", [1e-4, 1e-5, 1e-7])
-def test_near_a_flat_configuration_digits_are_lost_slowly(bend: float, workshop: Workshop) -> None:
-    """The constraint's residual, which no inversion of A M⁻¹ Aᵀ would keep: A u' + A' u = 0 to rounding."""
+@pytest.mark.parametrize(("bend", "bound"), [(1e-3, 1e-8), (1e-4, 1e-8), (1e-5, 1e-8), (1e-7, 1e-5)])
+def test_near_a_flat_configuration_accelerations_are_those_of_the_branch(
+    bend: float, bound: float, workshop: Workshop
+) -> None:
+    """They are analytic in the bend: those at bends up to 0.25, where few digits are lost, tell them. A bend is known
+    to 1e-16 by itself, and velocities to that by its square."""
     drawing = flat_chain(0.3)
     model = workshop.model(drawing.toml())
-    q, _ = model.state_from_poses(drawing.poses, np.zeros_like(drawing.poses))
-    q = model.assemble(q + bend * np.array([1.0, -1.7, 0.6]))
-    u = np.linalg.svd(model.jacobian(q))[2][-1]
-    u_dot = model.acceleration(q, u)
-    residual = model.jacobian(q) @ u_dot + model.kernels.of_state("closure_bias", q[None], u[None])[0]
-    assert np.max(np.abs(residual)) <= 1e-14 * np.max(np.abs(u_dot)) + 1e-14
+    flat, _ = model.state_from_poses(drawing.poses, np.zeros_like(drawing.poses))
+
+    def there(x: float) -> tuple[Array, Array]:
+        q = model.assemble(flat + x * np.array([1.0, -1.7, 0.6]))
+        return q, np.linalg.svd(model.jacobian(q))[2][-1]
+
+    points = 0.25 * np.cos((2 * np.arange(16) + 1) * np.pi / 32)
+    known = np.array([model.acceleration(*there(float(x))) for x in points])
+    wanted = BarycentricInterpolator(points, known)(bend)
+    assert np.max(np.abs(model.acceleration(*there(bend)) - wanted)) <= bound * np.max(np.abs(wanted))

@@ -22,7 +22,7 @@ def test_equal_peaks_are_equal_wherever_they_are_looked_at(looks: int) -> None:
         return np.column_stack([np.sin(t), (1.0 + 0.1 * t) * np.sin(t), np.ones_like(t)])
 
     t = np.linspace(0.0, 20.0 * np.pi, looks)
-    peaks = find_peaks(t, of(t), of, np.ones(looks, dtype=bool))
+    peaks = find_peaks(t, of(t), of, np.ones(of(t).shape, dtype=bool))
     found = peaks.t
     assert looks < 200 or not peaks.spikes.any()
     crests = np.pi / 2.0 + 2.0 * np.pi * np.arange(10)
@@ -39,7 +39,7 @@ def test_equal_peaks_are_equal_wherever_they_are_looked_at(looks: int) -> None:
 def test_beside_a_jump_and_where_nothing_is_known_there_is_no_peak() -> None:
     t = np.array([0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
     sizes = np.array([0.0, 1.0, 5.0, 4.0, 4.5, 0.0])[:, None]
-    known = np.array([True, True, True, True, False, True])
+    known = np.array([True, True, True, True, False, True])[:, None]
 
     def never(t: np.ndarray) -> np.ndarray:
         raise AssertionError

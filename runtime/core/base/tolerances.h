@@ -404,6 +404,15 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(BEHIND, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
       "a gap further behind its surface is no rounding", \
       "ten times the default rtol: as wide as what counts as closed at most (COARSEST_GAP)") \
+    X(BESIDE_PLACE, CCGEN_LIMIT(6e-3, 5e-2), OF_RELATIVE, \
+      "nearer than that to dependence what is told of a motion is interpolated from both sides", \
+      "there accelerations are known to a billionth, rounding / sigma^3 (as NO_ACCELERATION)") \
+    X(SMOOTH, CCGEN_LIMIT(1e-7, 1e-2), OF_RELATIVE, \
+      "last coefficients of what is interpolated across dependent rows, of its largest value", \
+      "a hundred times what the states that are evaluated are known to (BESIDE_PLACE); where no branch passes they are 1e-4 and more") \
+    X(MEETS, CCGEN_LIMIT(1e-6, 1e-2), OF_UNIT, \
+      "how far states across dependent rows may pass from the one between them", \
+      "fifty times the root of rounding, which is what is known of places there; branches are apart by hundredths") \
     X(DIRECTION_MISSED, 1e-7, OF_RELATIVE, \
       "what rows that depend on others miss by, where directions are those of a motion", \
       "chosen: of a motion rounding is left, 1e-16 times the condition of the rows, which is below 1e9 where they are not singular; a coordinate alone misses by about 1") \

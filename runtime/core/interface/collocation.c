@@ -62,7 +62,7 @@ static enum outcome accelerations(struct system *s, struct held held, size_t cou
         return in_flight(s, count, t, q, u, u_dot, r->lambda, when);
     struct obstruction found;
     const enum outcome outcome =
-        held_forces(s, count, 1, t, q, u, NULL, held, u_dot, r->lambda, r->push, r->reactions, r->told, &found);
+        held_forces(s, count, 1, t, q, u, NULL, held, u_dot, r->lambda, r->push, r->reactions, r->told, NULL, &found);
     *when = t[found.state];
     return outcome;
 }

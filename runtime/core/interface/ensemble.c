@@ -186,16 +186,12 @@ static void write_forces(struct worker *w, size_t place, double t, const double 
     forget_scales(&s, w->it->time, &w->it->run);
     held_at(w->it, b, t, 0);
     latched_at(w->it, b, t);
-    if (stepped_at(w->it, t))
-        unknown = 1;
-    else if (m->rows)
-        find_unknown(&s, 1, q, &unknown);
     const struct held held = {b->count, b->set, b->mode, 1};
     memset(w->push, 0, pushes * sizeof *w->push);
-    if (unknown ||
+    if (stepped_at(w->it, t) ||
         held_forces(&s, 1, 0, &t, q, u, m->latches ? b->latched : NULL, held, w->u_dot, w->lambda, w->push, w->reaction,
-                    w->told, &found) ||
-        found.why) {
+                    w->told, &unknown, &found) ||
+        unknown || found.why) {
         write_nan(w->u_dot, n);
         write_nan(w->lambda, rows);
         write_nan(w->push, pushes);

@@ -14,6 +14,7 @@
 #include "interface/ensemble.h"
 #include "interface/forces.h"
 #include "interface/held_tangents.h"
+#include "interface/limits.h"
 #include "interface/simulation.h"
 #include "methods/method.h"
 #include "model/contacts.h"

@@ -14,6 +14,7 @@
 #include "constraints/nullspace.h"
 #include "constraints/shared_forces.h"
 #include "hybrid/contact_transition.h"
+#include "interface/limits.h"
 #include "motion/acceleration.h"
 #include "model/contacts.h"
 #include "model/second_links.h"
@@ -88,15 +89,6 @@ enum outcome find_closed(const struct system *s, size_t count, const double *q, 
     }
     give_back(s->arena, mark);
     return outcome;
-}
-
-void find_unknown(struct system *s, size_t count, const double *q, char *unknown)
-{
-    const int rows = s->model->rows + s->model->drives;
-    for (size_t i = 0; i < count; i++) {
-        double sigma;
-        unknown[i] = s->model->rows && row_rank(s, q + i * s->n, &sigma) == rows && sigma < NO_ACCELERATION;
-    }
 }
 
 /* Hold what the runtime would hold at the state, which is not moved. */
@@ -212,6 +204,14 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
     return shared && may_be_shared(s) ? share(r, q, u, u_dot, push) : OUTCOME_DONE;
 }
 
+/* Whether closure rows are so near to dependence at q that no acceleration is known, and no force; where they are dependent to rounding they are known
+ * again, as those of least norm */
+static int is_unknown(struct system *s, const double *q)
+{
+    double sigma;
+    return row_rank(s, q, &sigma) == s->model->rows + s->model->drives && sigma < NO_ACCELERATION;
+}
+
 /* What the joints do to their second links then: reaction[joints][3] */
 static void react(struct room *r, double t, const double *q, const double *u, const double *u_dot, const double *push,
                   double *reaction)
@@ -227,32 +227,108 @@ static void react(struct room *r, double t, const double *q, const double *u, co
     turn_to_second_links(m, 1, 1, reaction);
 }
 
+/* What is told of a state, in one block: u_dot[n], lambda[rows], push[2 contacts], reaction[joints][3], told[told] */
+enum { ACCELERATION, MULTIPLIER, PUSH, REACTION, TOLD, GROUPS };
+
+struct asked {
+    struct room *r;
+    double t;
+    int shared;
+    struct group groups[GROUPS];
+};
+
+static void prepare(const struct system *s, struct room *r, int shared, struct asked *a)
+{
+    const struct ccgen_model *m = s->model;
+    const double acceleration = 1.0 / (s->time * s->time), force = s->energy / s->length; /* lengths in units */
+    *a = (struct asked){.r = r,
+                        .shared = shared,
+                        .groups = {[ACCELERATION] = {s->n, 0, acceleration},
+                                   [MULTIPLIER] = {m->rows, 1, force},
+                                   [PUSH] = {2 * m->contacts, 0, force},
+                                   [REACTION] = {3 * m->joints, 1, force},
+                                   [TOLD] = {m->told, 0, 0.0}}};
+}
+
+static double *part_of(const struct asked *a, int group, double *block)
+{
+    for (int g = 0; g < group; g++)
+        block += a->groups[g].count;
+    return block;
+}
+
+/* An `evaluation`, with the contacts that are held */
+static enum outcome evaluate(void *context, const double *q, const double *u, double *block)
+{
+    const struct asked *a = context;
+    struct room *r = a->r;
+    const struct system *s = r->phase.s;
+    double *u_dot = part_of(a, ACCELERATION, block), *push = part_of(a, PUSH, block);
+    const enum outcome outcome = motion(r, a->t, q, u, a->shared, u_dot, push);
+    memcpy(part_of(a, MULTIPLIER, block), r->lambda, s->model->rows * sizeof *block);
+    if (outcome)
+        return outcome;
+    react(r, a->t, q, u, u_dot, push, part_of(a, REACTION, block));
+    if (s->model->told) /* as `react`, under the inputs that the acceleration has asked for */
+        s->model->outputs(s->k, q, u, a->t, s->inputs, part_of(a, TOLD, block));
+    return OUTCOME_DONE;
+}
+
+/* The same, or the limit where rows are dependent; *rank is how many count elsewhere, once that is known. *unknown is whether nothing is known there. */
+static enum outcome evaluate_or_limit(struct asked *a, const double *q, const double *u, int *rank, char *unknown,
+                                      double *block)
+{
+    struct system *s = a->r->phase.s;
+    int found = 0;
+    *unknown = 0;
+    if (near_a_limit(s, q, *rank)) {
+        const enum outcome outcome = limit_along_branch(s, q, u, a->groups, GROUPS, evaluate, a, rank, &found, block);
+        if (outcome || found)
+            return outcome;
+        *unknown = (char)is_unknown(s, q);
+    }
+    return evaluate(a, q, u, block);
+}
+
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
                          const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
-                         double *push, double *reaction, double *told, struct obstruction *found)
+                         double *push, double *reaction, double *told, char *unknown, struct obstruction *found)
 {
-    const size_t n = s->n, rows = s->model->rows, c = s->model->contacts, entries = 3 * s->model->joints;
+    const struct ccgen_model *m = s->model;
+    const size_t n = s->n, c = m->contacts;
     const struct mark mark = s->arena->top;
     struct room r;
+    struct asked a;
     enum outcome outcome = OUTCOME_NO_MEMORY;
+    int rank = 0;
     *found = (struct obstruction){0, -1, OBSTACLE_NONE, 0.0};
     if (take_room(s, &r))
         goto end;
+    prepare(s, &r, held.shared, &a);
+    double *block = TAKE(s->arena, double, (size_t)(part_of(&a, GROUPS, r.f) - r.f));
+    if (s->arena->ran_out)
+        goto end;
     outcome = OUTCOME_DONE;
     if (held.count >= 0 && c)
-        hold_given(&r.active, s->model, held, r.phase.set, r.mode);
+        hold_given(&r.active, m, held, r.phase.set, r.mode);
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
-        const double *at = q + i * n, *moving = u + i * n, now = t[i * every];
+        const double *at = q + i * n, *moving = u + i * n;
+        char lost;
+        a.t = t[i * every];
         found->state = i;
-        s->latched = latched ? latched + i * s->model->latches : NULL;
-        if (held.count < 0 && c && ((outcome = hold_asked(&r, now, at, moving, found)) || found->why))
+        s->latched = latched ? latched + i * m->latches : NULL;
+        if (held.count < 0 && c && ((outcome = hold_asked(&r, a.t, at, moving, found)) || found->why))
             break;
-        outcome = motion(&r, now, at, moving, held.shared, u_dot + i * n, push + i * 2 * c);
-        memcpy(lambda + i * (rows + 1), r.lambda, rows * sizeof *lambda);
-        if (!outcome)
-            react(&r, now, at, moving, u_dot + i * n, push + i * 2 * c, reaction + i * entries);
-        if (!outcome && s->model->told) /* as `react`, under the inputs that the acceleration has asked for */
-            s->model->outputs(s->k, at, moving, now, s->inputs, told + i * s->model->told);
+        outcome = evaluate_or_limit(&a, at, moving, &rank, &lost, block);
+        if (unknown)
+            unknown[i] = lost;
+        memcpy(u_dot + i * n, part_of(&a, ACCELERATION, block), n * sizeof *block);
+        memcpy(lambda + i * (m->rows + 1), part_of(&a, MULTIPLIER, block), m->rows * sizeof *block);
+        memcpy(push + i * 2 * c, part_of(&a, PUSH, block), 2 * c * sizeof *block);
+        if (outcome)
+            break;
+        memcpy(reaction + i * 3 * m->joints, part_of(&a, REACTION, block), 3 * m->joints * sizeof *block);
+        memcpy(told + i * m->told, part_of(&a, TOLD, block), m->told * sizeof *block);
     }
 end:
     s->active = NULL;

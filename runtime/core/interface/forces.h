@@ -37,19 +37,18 @@ struct obstruction {
  * push[count][2 contacts], normal forces (N, N m) and then those of friction, zero of contacts that are not held, and
  * reaction[count][joints][3] with them, on the joints' second links. They belong together; where they are not unique they are
  * those of least norm. What effects tell at each state: told[count][told]. Stops at the first state that has none, which `found` then tells. latched[count][latches] is what effects hold at each state, or NULL where
- * no run has set it. */
+ * no run has set it.
+ *
+ * Where closure rows are dependent, or nearly so, all are the limits along the branch of the motion, infinite where a joint has none (limits.h). Where there is no
+ * such branch, unknown[count], unless NULL, tells whether rows are too near to dependence for any acceleration to be known. */
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
                          const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
-                         double *push, double *reaction, double *told, struct obstruction *found);
+                         double *push, double *reaction, double *told, char *unknown, struct obstruction *found);
 
 /* Of an impact at q with the jumps du[n] and impulses P[2 contacts]: reaction[joints][3] (N s, N m s) on the second links */
 enum outcome joint_impulses(struct system *s, const double *q, const double *du, const double *P, double *reaction);
 
 /* closed[count][contacts]: which contacts are closed at q[count][n], their gaps being zero but for rounding */
 enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed);
-
-/* unknown[count]: whether closure rows are so near to dependence at q[count][n] that no acceleration is known, and no force; where they are
- * dependent to rounding they are known again */
-void find_unknown(struct system *s, size_t count, const double *q, char *unknown);
 
 #endif
