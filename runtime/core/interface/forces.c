@@ -17,6 +17,7 @@
 #include "interface/limits.h"
 #include "motion/acceleration.h"
 #include "model/contacts.h"
+#include "model/inputs.h"
 #include "model/second_links.h"
 
 struct room {
@@ -282,7 +283,11 @@ static enum outcome evaluate_or_limit(struct asked *a, const double *q, const do
     int found = 0;
     *unknown = 0;
     if (near_a_limit(s, q, *rank)) {
-        const enum outcome outcome = limit_along_branch(s, q, u, a->groups, GROUPS, evaluate, a, rank, &found, block);
+        enum outcome outcome = supply_inputs(s, a->t, q, u);
+        int (*const source)(void *, double, const double *, const double *, double *) = s->input_source;
+        s->input_source = NULL; /* a controller is asked at the state alone: the limit is that under these inputs */
+        outcome = outcome ? outcome : limit_along_branch(s, q, u, a->groups, GROUPS, evaluate, a, rank, &found, block);
+        s->input_source = source;
         if (outcome || found)
             return outcome;
         *unknown = (char)is_unknown(s, q);
@@ -305,7 +310,10 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
     if (take_room(s, &r))
         goto end;
     prepare(s, &r, held.shared, &a);
-    double *block = TAKE(s->arena, double, (size_t)(part_of(&a, GROUPS, r.f) - r.f));
+    size_t size = 0;
+    for (int g = 0; g < GROUPS; g++)
+        size += a.groups[g].count;
+    double *block = TAKE_ZEROS(s->arena, double, size);
     if (s->arena->ran_out)
         goto end;
     outcome = OUTCOME_DONE;
@@ -313,15 +321,13 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
         hold_given(&r.active, m, held, r.phase.set, r.mode);
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
         const double *at = q + i * n, *moving = u + i * n;
-        char lost;
         a.t = t[i * every];
         found->state = i;
         s->latched = latched ? latched + i * m->latches : NULL;
         if (held.count < 0 && c && ((outcome = hold_asked(&r, a.t, at, moving, found)) || found->why))
             break;
-        outcome = evaluate_or_limit(&a, at, moving, &rank, &lost, block);
-        if (unknown)
-            unknown[i] = lost;
+        outcome =
+            unknown ? evaluate_or_limit(&a, at, moving, &rank, &unknown[i], block) : evaluate(&a, at, moving, block);
         memcpy(u_dot + i * n, part_of(&a, ACCELERATION, block), n * sizeof *block);
         memcpy(lambda + i * (m->rows + 1), part_of(&a, MULTIPLIER, block), m->rows * sizeof *block);
         memcpy(push + i * 2 * c, part_of(&a, PUSH, block), 2 * c * sizeof *block);

@@ -40,7 +40,7 @@ struct obstruction {
  * no run has set it.
  *
  * Where closure rows are dependent, or nearly so, all are the limits along the branch of the motion, infinite where a joint has none (limits.h). Where there is no
- * such branch, unknown[count], unless NULL, tells whether rows are too near to dependence for any acceleration to be known. */
+ * such branch, unknown[count] tells whether rows are too near to dependence for any acceleration to be known. With NULL in its place there are no limits: the equations as they are. */
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
                          const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
                          double *push, double *reaction, double *told, char *unknown, struct obstruction *found);

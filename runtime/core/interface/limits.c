@@ -142,6 +142,15 @@ static double pole_of(const double *v, size_t stride, int count, double scale)
     return pole;
 }
 
+/* At how many nodes v is no number */
+static int count_unset(const double *v, size_t stride)
+{
+    int count = 0;
+    for (int i = 0; i < NODES; i++)
+        count += isnan(v[i * stride]) != 0;
+    return count;
+}
+
 /* out[count] at x, the state's place among the nodes, from v[NODES][stride], each through its values or, where it has one, with the pole that some
  * may have; what the last coefficients are then, as part of the largest. `half` is what a part of the ray is long. */
 static double interpolate_group(const double *v, size_t stride, struct group group, double x, double half, double *out)
@@ -152,6 +161,12 @@ static double interpolate_group(const double *v, size_t stride, struct group gro
     const double some = group.unbounded ? pole_of(v, stride, group.count, scale) : NAN;
     double worst = 0.0;
     for (int j = 0; j < group.count; j++) {
+        const int unset = count_unset(v + j, stride);
+        if (unset) { /* not set along the whole ray, or lost on it */
+            out[j] = NAN;
+            worst = unset < NODES ? INFINITY : worst;
+            continue;
+        }
         const double *own = v + j, residue = isnan(some) ? 0.0 : interpolated(own, stride, some, some);
         const double pole = fabs(residue) > SMOOTH * scale ? some : NAN;
         if (isnan(pole))
@@ -189,6 +204,8 @@ static enum outcome try_width(struct ray *r, double width, const struct group *g
     const double half = width / r->slope, x = -r->place / half;
     double margin, worst = 0.0;
     *miss = INFINITY;
+    if (!(fabs(x) <= 0.5)) /* it would lie outside of the states, or at the end of them */
+        return OUTCOME_DONE;
     for (int i = 0; i < NODES; i++) {
         double *to = v + i * stride;
         if (!go_along(r, r->place + half * node(i), &margin))
@@ -257,7 +274,7 @@ enum outcome limit_along_branch(struct system *s, const double *q, const double 
         memcpy(out, trial, (stride - 2 * n) * sizeof *out);
     }
 end:
-    *rank = r.rank;
+    *rank = r.rank > *rank ? r.rank : *rank;
     give_back(s->arena, mark);
     return outcome;
 }
