@@ -13,7 +13,7 @@ from ..faults import Faults
 from ..precision import finite
 from .compiled import Compiled
 from .failed_impact import failed_impact
-from .forces import Contacts, flight_of, in_flight, motion_of
+from .forces import Contacts, flight_of, in_flight, motion_of, near_limits
 from .inputs import Values, read_values
 from .numbers import read_numbers
 
@@ -36,7 +36,7 @@ def at_states(
         _refuse_all(model, q, u, t, inputs)
         raise
     with under:
-        if in_flight(model, states[0], contacts):
+        if in_flight(model, states[0], contacts) and not near_limits(model, states[0]).any():
             found, inexact = flight_of(model, *states, times, what), model.kernels.inexact
         else:
             motion, inexact = motion_of(model, *states, times, contacts, reactions=what == "reactions")

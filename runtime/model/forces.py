@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from .compiled import Compiled
 from .thresholds import characteristic_time
 
@@ -57,12 +57,14 @@ def _pairs(contacts: object) -> bool:
     return all(isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2 for pair in contacts)
 
 
+def near_limits(model: Compiled, q: FloatArray) -> BoolArray:
+    """At which of the configurations (b, nq) closure rows are so near to dependence that forces are limits (b,)."""
+    return np.asarray(model.kernels.near_limits(q)) if model.rows else np.zeros(len(q), dtype=bool)
+
+
 def flight_of(model: Compiled, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:
-    """One field of ``Motion`` of states in which no contact pushes, under the inputs that are set."""
-    if model.rows and model.kernels.near_limits(q).any():
-        found = Parts(model, len(q), what == "reactions")
-        found.fill(slice(None), q, u, t, ())
-        return np.asarray(getattr(found.motion, what))
+    """One field of ``Motion`` of states in which no contact pushes and none is ``near_limits``, under the inputs that
+    are set."""
     forces = what in ("multipliers", "reactions")
     u_dot, multipliers = _accelerated(model, q, u, t, reactions=what == "reactions", forces=forces)
     if what == "reactions":
@@ -141,7 +143,7 @@ class Parts:
         if held is None or held:
             self.fill_in_contact(rows, q, u, t, held, shared=held is None)
             return
-        near = self.model.kernels.near_limits(q) if self.model.rows else np.zeros(len(q), dtype=bool)
+        near = near_limits(self.model, q)
         if near.any():
             numbers = np.array(self._numbers(rows))
             for these, fill in ((near, self.fill_in_contact), (~near, self._fill_in_flight)):
@@ -152,7 +154,7 @@ class Parts:
             self._fill_in_flight(rows, q, u, t)
 
     def _fill_in_flight(self, rows: Any, q: FloatArray, u: FloatArray, t: float | FloatArray) -> None:
-        """States that are not near a limit."""
+        """States that are not ``near_limits``."""
         kernels, motion = self.model.kernels, self.motion
         u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
         self.inexact = max(self.inexact, kernels.inexact)

@@ -71,7 +71,7 @@ class History:
 
     @property
     def first_joint(self) -> int:
-        """The number of quantities before those of joints, which lines of links leave bounded."""
+        """The number of quantities before those of joints, normal forces and forces of meshes."""
         return int(self.pushes.shape[1] + self.meshes.shape[1])
 
     @property
@@ -128,7 +128,8 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
     """A run's ``history`` with the instants added at which the largest forces are between those that are looked at.
 
     And the times (k,) at which links passed a line between two of these, so that no instant beside it was looked at:
-    some have no bound there. Of those the instants that are next to such a time are ``beside`` it.
+    forces of joints may have no bound there. Their instants next to such a time are ``beside`` it, and those of others
+    that rise as high as what has none.
     """
     passed: dict[int, float] = {}
     while True:
@@ -141,6 +142,7 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
         here = peaks.spikes & np.isin(peaks.row, rows)
         beside = found.beside.copy()
         beside[peaks.row[here], peaks.column[here]] = True
+        beside[rows, found.first_joint : found.first_joint + found.reactions.shape[1]] = True  # a small pole is no spike
         found = replace(found, beside=beside)
     times = np.setdiff1d(peaks.t, found.t)
     if len(times):
