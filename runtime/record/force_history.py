@@ -142,7 +142,8 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
         here = peaks.spikes & np.isin(peaks.row, rows)
         beside = found.beside.copy()
         beside[peaks.row[here], peaks.column[here]] = True
-        beside[rows, found.first_joint : found.first_joint + found.reactions.shape[1]] = True  # a small pole is no spike
+        joints = slice(found.first_joint, found.first_joint + found.reactions.shape[1])
+        beside[rows, joints] = True  # a small pole on much else is no spike
         found = replace(found, beside=beside)
     times = np.setdiff1d(peaks.t, found.t)
     if len(times):
