@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import nnls
+from scipy.optimize import linprog, nnls
 
 from ..support.core_functions import Functions
 
@@ -18,14 +18,27 @@ Array = Any
 class Shared(ctypes.Structure):
     """``struct shared`` of complementarity/sharing.h"""
 
-    _fields_ = [("n", ctypes.c_int), ("rows", ctypes.c_int)] + [
-        (name, ctypes.c_void_p) for name in ("W", "mu", "side", "leaves", "arena")
-    ]
+    _fields_ = (
+        [("n", ctypes.c_int), ("rows", ctypes.c_int)]
+        + [(name, ctypes.c_void_p) for name in ("W", "mu", "side", "leaves")]
+        + [("beyond", ctypes.c_double), ("arena", ctypes.c_void_p)]
+    )
 
 
 @pytest.fixture(scope="module")
 def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
     return Functions(tmp_path_factory.mktemp("sharing"), "base", "algebra", "complementarity")
+
+
+AS_GIVEN = -1.0  # sharing.h
+REPEATS = 5  # base/outcome.h
+
+
+def share(core: Functions, W: Array, mu: Array, side: Array, leaves: Array, beyond: float, P: Array) -> int:
+    problem = Shared(
+        len(mu), len(P), *[array.ctypes.data for array in (W, mu, side, leaves)], beyond, core.arena.ctypes.data
+    )
+    return core.call("share_forces", ctypes.byref(problem), P)
 
 
 def problems(seed: int) -> Iterator[tuple[Array, Array, Array, Array, Array]]:
@@ -65,9 +78,7 @@ def test_forces_of_least_norm(seed: int, core: Functions) -> None:
     shared = 0
     for N, mu, side, leaves, given in problems(seed):
         n, rows, W, P = len(mu), len(given), np.ascontiguousarray(N @ N.T), given.copy()
-        arrays = [W, mu, side, leaves, core.arena]
-        problem = Shared(n, rows, *[array.ctypes.data for array in arrays])
-        assert core.call("share_forces", ctypes.byref(problem), P) == 0
+        assert share(core, W, mu, side, leaves, AS_GIVEN, P) == 0
         limits, fixed = conditions(n, rows, mu, side, leaves)
         size = max(1.0, np.max(np.abs(given)))
         assert np.max(np.abs(N.T @ (P - given))) < 1e-9 * size
@@ -80,3 +91,34 @@ def test_forces_of_least_norm(seed: int, core: Functions) -> None:
         assert missed < 1e-8 * size
         shared += bool(np.max(np.abs(P - given), initial=0.0) > 1e-6)
     assert shared > 10
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_against_the_law_are_shared_within_it_where_that_can_be(seed: int, core: Functions) -> None:
+    """Those of least norm without a law, as a motion takes them, pull here and there. Others that give the same rates
+    keep the law wherever a linear program finds any; else they stay and that is said."""
+    found = missed = 0
+    for number, (N, mu, side, leaves, kept) in enumerate(problems(100 + seed)):
+        rows, W = len(kept), np.ascontiguousarray(N @ N.T)
+        limits, fixed = conditions(len(mu), rows, mu, side, leaves)
+        wanted = N.T @ (kept if number % 3 else np.random.default_rng([seed, number]).normal(size=rows))
+        asked = np.concatenate([N.T, fixed])
+        P = np.linalg.lstsq(asked, np.concatenate([wanted, np.zeros(len(fixed))]), rcond=None)[0]
+        size = max(1.0, np.max(np.abs(P)))
+        if np.max(np.abs(asked @ P - np.concatenate([wanted, np.zeros(len(fixed))]))) > 1e-9 * size:
+            continue  # not from forces at all
+        against = np.min(limits @ P, initial=0.0) < -1e-6 * size
+        within = linprog(
+            np.zeros(rows), -limits, np.zeros(len(limits)), asked, asked @ P, bounds=(None, None), method="highs"
+        ).success
+        before = P.copy()
+        outcome = share(core, W, mu, side, leaves, 0.0, P)
+        if against and within:
+            assert outcome == 0
+            assert np.max(np.abs(asked @ (P - before))) < 1e-9 * size
+            assert np.min(limits @ P) > -1e-9 * size
+            found += 1
+        elif against:
+            assert outcome == REPEATS and np.array_equal(P, before)
+            missed += 1
+    assert found > 4 and missed > 2

@@ -203,7 +203,8 @@ static int go_to_nearest(const struct shared *c, int limits, const double *G, in
         double *e = s.E + (size_t)i * m;
         for (int k = 0; k < unseen; k++)
             e[k] = dot(c->rows, g, Z + (size_t)k * rows);
-        e[unseen] = (fmin(0.0, dot(c->rows, g, P)) - dot(c->rows, g, seen)) / scale;
+        const double least = c->beyond < 0.0 ? fmin(0.0, dot(c->rows, g, P)) : -c->beyond * scale;
+        e[unseen] = (least - dot(c->rows, g, seen)) / scale;
     }
     if (solve_nearest(&s) || !(s.left[unseen] > DEPENDENT_PIVOT))
         return 1;
@@ -229,9 +230,11 @@ enum outcome share_forces(const struct shared *c, double *P)
         const int limits = write_limits(c, G, F, &given);
         memcpy(seen, P, rows * sizeof *P);
         const int unseen = part_unseen(c, given, F, seen, Z);
-        if (unseen > 0 && go_to_nearest(c, limits, G, unseen, Z, scale, P, seen))
+        if (unseen <= 0)
+            outcome = c->beyond < 0.0 ? OUTCOME_DONE : OUTCOME_REPEATS;
+        else if (go_to_nearest(c, limits, G, unseen, Z, scale, P, seen))
             outcome = OUTCOME_REPEATS;
-        else if (unseen > 0)
+        else
             memcpy(P, seen, rows * sizeof *P);
     }
     if (arena->ran_out)

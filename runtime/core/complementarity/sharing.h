@@ -5,6 +5,8 @@
 #include "base/arena.h"
 #include "base/outcome.h"
 
+#define AS_GIVEN (-1.0) /* limits may be passed as far as the forces that are given pass them */
+
 /* Contacts that push with forces that keep the law, and by which nothing but the forces is to change */
 struct shared {
     int n;                   /* contacts */
@@ -13,12 +15,13 @@ struct shared {
     const double *mu;        /* [n] */
     const signed char *side; /* [n] friction is -side mu P where that is not 0, else within its limits */
     const char *leaves;      /* [n] whether a contact opens, and so has no force */
+    double beyond;           /* how far limits may be passed, as a part of the largest force, or AS_GIVEN */
     struct arena *arena;
 };
 
-/* P[rows] <- the forces of least norm that give the accelerations W P that P gives, push, and keep Coulomb's law as far as P does. P stays as it is where there are no
+/* P[rows] <- the forces of least norm that give the accelerations W P that P gives, push, and keep Coulomb's law but for what may be `beyond` it. P stays as it is where there are no
  * others, which is so too where rows nearly depend on each other: digits of W do not tell then what gives the same. It stays where memory runs out, and where the search
- * does not end (OUTCOME_REPEATS), which it does but for rounding. */
+ * does not end (OUTCOME_REPEATS), which it does but for rounding. Where limits may not be passed AS_GIVEN, OUTCOME_REPEATS says too that no others are within them. */
 enum outcome share_forces(const struct shared *c, double *P);
 
 #endif

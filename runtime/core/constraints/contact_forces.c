@@ -62,25 +62,28 @@ static int take_problem(const struct system *s, size_t rows, struct problem *p)
     return arena->ran_out;
 }
 
-/* p->wanted <- the forces that bring it about; of contacts that depend on each other, but not nearly, and let the closure be, those of least norm. Nonzero as
- * `push` says */
-static int solve_sticking_or_shared(struct system *s, int rows, struct problem *p, int friction)
+/* p->wanted <- the forces that bring it about; of contacts that depend on each other, but not nearly, and let the closure be, those of least norm: *open. Nonzero
+ * as `push` says */
+static int solve_sticking_or_shared(struct system *s, int rows, struct problem *p, int friction, int *open)
 {
+    *open = 0;
     if (!solve_definite_well(rows, p->W, p->wanted, p->scratch))
         return 0;
     if (!friction || solve_dependent(s->arena, rows, p->W, p->wanted, p->weight, p->scratch))
         return 1;
     memcpy(p->wanted, p->scratch, rows * sizeof *p->wanted);
+    *open = 1;
     return 0;
 }
 
 /* The same where some slide */
-static int solve_sliding_or_shared(struct system *s, int rows, struct problem *p)
+static int solve_sliding_or_shared(struct system *s, int rows, struct problem *p, int *open)
 {
     const size_t all = (size_t)rows * rows;
     memcpy(p->whole, p->W, all * sizeof *p->W);
     memcpy(p->scratch, p->wanted, rows * sizeof *p->wanted);
     const int wrong = solve_sliding(rows, p->W, p->wanted);
+    *open = wrong == 1;
     return wrong == 1 ? solve_dependent(s->arena, rows, p->whole, p->scratch, p->weight, p->wanted) : wrong;
 }
 
@@ -108,7 +111,8 @@ static int set_units(const struct system *s, int rows, int friction, struct prob
 static int solve_and_add(struct system *s, int rows, int friction, int sliding, struct problem *p, double *motion)
 {
     struct active_set *h = s->active;
-    const int wrong = sliding ? solve_sliding_or_shared(s, rows, p) : solve_sticking_or_shared(s, rows, p, friction);
+    const int wrong = sliding ? solve_sliding_or_shared(s, rows, p, &h->open)
+                              : solve_sticking_or_shared(s, rows, p, friction, &h->open);
     if (wrong)
         return wrong;
     memcpy(h->force, p->wanted, rows * sizeof *h->force);

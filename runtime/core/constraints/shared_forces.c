@@ -13,7 +13,6 @@
 #include <string.h>
 
 #include "base/tolerances.h"
-#include "complementarity/sharing.h"
 #include "constraints/delassus.h"
 #include "constraints/mobility.h"
 #include "constraints/twins.h"
@@ -34,6 +33,8 @@ struct sharing {
 int may_be_shared(const struct system *s)
 {
     const struct active_set *h = s->active;
+    if (active_count(s) && h->open)
+        return 1;
     for (int i = 0; i < active_count(s); i++)
         if (h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD)
             return 1;
@@ -115,7 +116,8 @@ static enum outcome gather(struct system *s, const double *q, const double *u, c
     return outcome;
 }
 
-enum outcome share_pushes(struct system *s, const double *q, const double *u, const double *u_dot, double *push)
+enum outcome share_pushes(struct system *s, const double *q, const double *u, const double *u_dot, double beyond,
+                          double *push)
 {
     const int contacts = s->model->contacts;
     const struct mark mark = s->arena->top;
@@ -127,8 +129,14 @@ enum outcome share_pushes(struct system *s, const double *q, const double *u, co
     if (!outcome) {
         for (int i = 0; i < rows; i++)
             p.P[i] = i < n ? push[p.set[i]] / lever_of(s, p.set[i]) : push[contacts + p.set[i - n]];
-        const struct shared problem = {
-            .n = n, .rows = rows, .W = p.W, .mu = p.mu, .side = p.side, .leaves = p.leaves, .arena = s->arena};
+        const struct shared problem = {.n = n,
+                                       .rows = rows,
+                                       .W = p.W,
+                                       .mu = p.mu,
+                                       .side = p.side,
+                                       .leaves = p.leaves,
+                                       .beyond = beyond,
+                                       .arena = s->arena};
         outcome = share_forces(&problem, p.P);
     }
     for (int i = 0; !outcome && i < rows; i++)

@@ -85,8 +85,14 @@ static enum outcome share(struct arena *arena, struct decision *d, int m, double
         } else if (!side[i - m] && fabs(z) > PRESSED * scale)
             side[i - m] = z > 0.0 ? 1 : -1;
     }
-    const struct shared problem = {
-        .n = m, .rows = width, .W = p->W, .mu = p->mu, .side = side, .leaves = leaves, .arena = arena};
+    const struct shared problem = {.n = m,
+                                   .rows = width,
+                                   .W = p->W,
+                                   .mu = p->mu,
+                                   .side = side,
+                                   .leaves = leaves,
+                                   .beyond = AS_GIVEN,
+                                   .arena = arena};
     const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : share_forces(&problem, x);
     give_back(arena, mark);
     return outcome == OUTCOME_REPEATS ? OUTCOME_DONE : outcome;

@@ -103,6 +103,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(a->crowd)                        \
     NUMBER(a->jammed)                       \
     NUMBER(a->span.length)                  \
+    NUMBER(a->span.begins)                  \
     NUMBER(a->span.ends)                    \
     NUMBER(a->span.step)                    \
     NUMBER(a->span.scale)                   \

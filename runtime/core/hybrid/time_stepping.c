@@ -110,8 +110,9 @@ static enum outcome go_through(struct span *span, struct phase *f, struct step_r
         h = last ? stop - f->t : h;
         const double whole = h;
         outcome = fixed ? step_once(f, r, f->t, h, f->y, f->y1) : controlled_step(f, r, longest, &h, &next, &miss);
-        if (!fixed && near < span->step && outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY) {
-            span->ends = f->t; /* events may go on from here as well as from the end */
+        if (!fixed && f->t > span->begins && outcome && outcome != OUTCOME_INTERRUPTED &&
+            outcome != OUTCOME_NO_MEMORY) {
+            span->ends = f->t; /* events may go on from wherever steps have come to */
             return OUTCOME_DONE;
         }
         if (outcome)
@@ -145,6 +146,7 @@ enum outcome begin_span(struct span *span, struct phase *f)
                  time = f->s->time * fast > HALF_TURN ? HALF_TURN / fast : f->s->time;
     const int again = span->length > 0.0 && f->t <= span->ends + SOON * span->length;
     span->length = again ? fmin(LONGER * span->length, LONGEST * time) : SPAN * time;
+    span->begins = f->t;
     span->ends = f->t + span->length;
     span->step = span->length / PER_SPAN;
     span->scale = 0.0;

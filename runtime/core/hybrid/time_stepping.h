@@ -7,7 +7,8 @@
 /* A span of time stepping */
 struct span {
     double length; /* s; 0 before the first */
-    double ends;   /* when the present or the last one does, */
+    double begins; /* when the present or the last one did */
+    double ends;   /* and when it does, */
     double step;   /* and the step that it tries next */
     double scale;  /* J: of the heaviest coordinate at a speed of its unit, where it began; 0: not known yet */
     int under_way;

@@ -171,7 +171,10 @@ static enum outcome share(struct room *r, const double *q, const double *u, cons
     const struct ccgen_model *m = s->model;
     const int pushes = 2 * m->contacts;
     memcpy(r->before, push, pushes * sizeof *push);
-    enum outcome outcome = share_pushes(s, q, u, u_dot, push);
+    const double beyond[] = {0.0, PRESSED, AS_GIVEN}; /* what is within the law before what is not */
+    enum outcome outcome = OUTCOME_REPEATS;
+    for (int i = 0; i < 3 && outcome == OUTCOME_REPEATS; i++)
+        outcome = share_pushes(s, q, u, u_dot, beyond[i], push);
     if (outcome || !m->rows)
         return outcome;
     for (int c = 0; c < pushes; c++)

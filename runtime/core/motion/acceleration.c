@@ -168,6 +168,8 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
     if (outcome)
         goto end;
     const int open = count && robust.motions.rank < robust.motions.rows;
+    if (count)
+        h->open = open;
     const int shared = open ? accelerate_sharing(s, t, q, u, robust.motions.rank, u_dot, lambda) : 1;
     if (shared != 1) {
         outcome = shared ? OUTCOME_JAMMED : OUTCOME_DONE;

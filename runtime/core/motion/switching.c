@@ -4,7 +4,9 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/shared_forces.h"
 #include "constraints/twins.h"
+#include "model/contacts.h"
 #include "motion/derivative.h"
 
 /* watched values of a contact besides its force */
@@ -72,6 +74,41 @@ struct mode_change mode_change_of(const struct system *s, int index)
     return (struct mode_change){-1, DETACHES};
 }
 
+/* Whether forces that are not the only ones pull or pass Coulomb's limits, and others give the same motion within them. A decision says that there are forces, not that
+ * those of least norm, which the motion takes, are among them. */
+static int others_keep_the_law(struct system *s, const double *y, const double *dy)
+{
+    const struct active_set *h = s->active;
+    const int contacts = s->model->contacts;
+    const struct mark mark = s->arena->top;
+    double *push = TAKE_ZEROS(s->arena, double, 2 * (size_t)contacts);
+    int against_law = 0, kept = 0;
+    for (int i = 0, row = h->count; i < h->count && h->open && !s->arena->ran_out; i++) {
+        const int c = h->set[i];
+        const double P = h->force[i], limit = h->mode[i] == STICK ? s->friction[c] * P : 0.0;
+        const double F = h->mode[i] == STICK ? h->force[row++] : -against(h->mode[i]) * s->friction[c] * P;
+        against_law |= h->mode[i] != GRAZING && (P < 0.0 || (h->mode[i] == STICK && fabs(F) > limit));
+        push[c] = P * lever_of(s, c);
+        push[contacts + c] = F;
+    }
+    if (against_law)
+        kept = !share_pushes(s, y, y + s->n, dy + s->n, PRESSED, push);
+    give_back(s->arena, mark);
+    return kept;
+}
+
+/* values[] of forces <- what changes no mode */
+static void keep_modes(const struct active_set *h, double *values)
+{
+    for (int i = 0, next = h->count; i < h->count; i++) {
+        if (h->mode[i] != GRAZING)
+            values[i] = 1.0;
+        if (h->mode[i] == STICK)
+            values[next] = values[next + 1] = 1.0;
+        next += h->mode[i] == STICK ? 2 : tangential(h->mode[i]) ? 1 : 0;
+    }
+}
+
 enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values)
 {
     const struct active_set *h = s->active;
@@ -101,6 +138,8 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
             values[count++] = against(h->mode[i]) * slips[contact] + creeps;
         }
     }
+    if (!outcome && h->count && others_keep_the_law(s, y, dy))
+        keep_modes(h, values);
     outcome = outcome ? outcome : twin_values(s, y, values + count);
     give_back(s->arena, mark);
     return outcome;
