@@ -157,15 +157,26 @@ static enum outcome select_slow(struct phase *f, struct mode_change loss, int re
     return outcome;
 }
 
+/* Select what is held. Where that has no forces, as friction jams, it is asked once more with all at rest, along grounds too, that may come to rest in a crowd of events: what
+ * slides that slowly is stopped by the jam, and time stepping, which would do it, has many contacts apart for a while. */
 static enum outcome select_held(struct automaton *a, struct phase *f)
 {
     const int idle = !a->struck && a->event.watch == CLOSES && f->t == f->at.since;
     a->idle = idle ? a->idle + 1 : 0;
-    return (f->at.slow > 0.0 ? select_slow : select_active_set)(
-        f, a->struck ? NO_LOSS : a->loss, /* what was lost is asked anew where an impact has changed it */
-        a->crowds              ? ALL_REST
-        : a->idle >= (int)IDLE ? a->event.contact
-                               : NONE_RESTS);
+    const struct mode_change loss = a->struck ? NO_LOSS : a->loss; /* asked anew where an impact has changed it */
+    const int resting = a->crowds ? ALL_REST : a->idle >= (int)IDLE ? a->event.contact : NONE_RESTS;
+    const double slow = f->at.slow;
+    const enum outcome outcome = slow > 0.0 ? select_slow(f, loss, resting) : select_active_set(f, loss, resting);
+    if (!f->s->friction || !(slow < f->at.seen) || (outcome != OUTCOME_JAMMED && outcome != OUTCOME_REPEATS))
+        return outcome;
+    const int contact = f->run->contact;
+    f->at.slow = f->at.seen;
+    const enum outcome again = select_slow(f, loss, resting);
+    f->at.slow = slow;
+    if (!again || again == OUTCOME_NO_MEMORY || again == OUTCOME_INTERRUPTED)
+        return again;
+    f->run->contact = contact;
+    return outcome;
 }
 
 /* Event by event again: nothing is known but the state, and that time stepping has led there. */

@@ -326,14 +326,29 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
     return 0;
 }
 
-static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting)
+/* Note how fast what is brought to rest in a crowd of events has moved, off its ground and along it. */
+static void note_stopped(struct phase *f, const struct decision *d, double *slips)
+{
+    const struct system *s = f->s;
+    if (s->friction)
+        s->model->slips(s->k, f->y, f->y + s->n, slips);
+    for (int i = 0; i < d->count; i++)
+        if (stays(d, i)) {
+            const int c = d->contact[i];
+            note_rest(f, c, f->rates[c]);
+            if (s->friction && s->friction[c] > 0.0 && !d->mode[i] && !d->touches[i])
+                note_rest(f, c, slips[c]);
+        }
+}
+
+static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting,
+                                       double *slips)
 {
     enum outcome outcome = select_contacts(f, d, loss, resting);
     const struct active_set *h = f->s->active;
     if (outcome || !h->count)
         return outcome;
-    for (int i = 0; i < h->count; i++)
-        note_rest(f, h->set[i], f->rates[h->set[i]]);
+    note_stopped(f, d, slips);
     outcome = project_position(f->s, f->y);
     return outcome ? outcome : project_contact_velocities(f, d, resting);
 }
@@ -385,7 +400,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             /* what vanishes is told by those that were held until the event: not by those just found */
             outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
-            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
+            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips);
             again = !outcome && h->count && turns_sliding(f, &d, slips);
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)

@@ -85,9 +85,9 @@ static int others_keep_the_law(struct system *s, const double *y, const double *
     int against_law = 0, kept = 0;
     for (int i = 0, row = h->count; i < h->count && h->open && !s->arena->ran_out; i++) {
         const int c = h->set[i];
-        const double P = h->force[i], limit = h->mode[i] == STICK ? s->friction[c] * P : 0.0;
-        const double F = h->mode[i] == STICK ? h->force[row++] : -against(h->mode[i]) * s->friction[c] * P;
-        against_law |= h->mode[i] != GRAZING && (P < 0.0 || (h->mode[i] == STICK && fabs(F) > limit));
+        const double P = h->force[i], mu = s->friction ? s->friction[c] : 0.0;
+        const double F = h->mode[i] == STICK ? h->force[row++] : -against(h->mode[i]) * mu * P;
+        against_law |= h->mode[i] != GRAZING && (P < 0.0 || (h->mode[i] == STICK && fabs(F) > mu * P));
         push[c] = P * lever_of(s, c);
         push[contacts + c] = F;
     }
