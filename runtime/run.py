@@ -51,9 +51,9 @@ class Run(Record):
     size of `unexplained` (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
     `acceleration_error` is how far accelerations are from right, relative to the largest of a state, as far as the
     masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
-    Where it is known less well: `rest_speed` (m/s), 0 unless events crowded so that contacts that still moved, the
-    fastest at that speed, counted as at rest; `choices`, at how many instants contacts could as well have stayed as
-    left, by friction, and left, `chosen_at`, when (s) the first of these was, None without one;
+    Where it is known less well: `rest_speed` (m/s), 0 unless events crowded, or friction jammed, so that contacts that
+    still moved, the fastest at that speed, counted as at rest; `choices`, at how many instants contacts could as well
+    have stayed as left, by friction, and left, `chosen_at`, when (s) the first of these was, None without one;
     phases of kind "steps"; impacts with a `restitution_share` below 1.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.

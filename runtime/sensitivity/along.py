@@ -118,8 +118,8 @@ def check(run: Record) -> Model:
             )
     if run.rest_speed > 0.0:
         faults.add(
-            f"{name}: found bounces that crowded and came to rest from {run.rest_speed:.3g} m/s, expected impacts "
-            "one by one; end the run before they accumulate"
+            f"{name}: found contacts that crowded or jammed and came to rest from {run.rest_speed:.3g} m/s, "
+            "expected impacts one by one; end the run before they accumulate"
         )
     if run.choices:
         faults.add(

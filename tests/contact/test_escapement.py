@@ -112,6 +112,7 @@ def test_the_wheel_goes_on_by_a_tooth_at_each_swing(usual: Any) -> None:
 
 
 @pytest.mark.hard
+@pytest.mark.large(1)
 @pytest.mark.parametrize("degrees", [3.2, 4.5])
 def test_other_swings_come_to_the_same(degrees: float, usual: Any, steady: float) -> None:
     model = usual.model

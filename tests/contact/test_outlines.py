@@ -217,6 +217,7 @@ def test_what_is_said_and_drawn(workshop: Workshop) -> None:
 
 
 @pytest.mark.hard
+@pytest.mark.large(1)
 @pytest.mark.parametrize("corners", [26, 52])
 def test_corners_pass_a_disc_but_by_touching_it(corners: int, workshop: Workshop) -> None:
     """A heavy wheel turns by up to 300 rad below a disc on a guide, whose gap comes and goes with its corners."""

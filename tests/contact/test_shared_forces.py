@@ -206,6 +206,8 @@ def follow(text: str, load: Load, wanted: Callable[[float, float], Array | None]
         if (forces := wanted(*load(t))) is None:
             break
         rests.append(forces)
+    held = [phase for phase in run.phases if phase.kind == "contact" and rests and phase.start < at[len(rests) - 1]]
+    assert len(held) == bool(rests), held  # what forces of least norm would let go, others hold
     names = [f"{ground}.{point}.{part}" for point, ground in model.contacts for part in ("normal", "friction")]
     names += [f"{joint}.{part}" for joint in model.joints for part in ("fx", "fy")]
     rows = ensemble(model, observe=names, at=at)

@@ -17,7 +17,7 @@ from ..support.workshop import Workshop
 from .families import Throw, throw, throws
 from .family_runs import LONG, run
 
-EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", many(24, 144)))
+EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", many(16, 144)))
 SEED = int(os.environ.get("CCGEN_FAMILIES_SEED", "0"))
 LONGEST = 60.0
 """Seconds of the wall clock, after which a run is ended and has not reached its end; most take hundredths."""

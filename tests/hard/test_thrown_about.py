@@ -20,7 +20,7 @@ from ..support.tiers import many
 from ..support.workshop import Workshop
 
 pytestmark = pytest.mark.hard
-MACHINES = int(os.environ.get("CCGEN_THROWN", many(2, 6)))
+MACHINES = int(os.environ.get("CCGEN_THROWN", many(1, 6)))
 WIDE, HIGH = 0.7, 0.6
 BALL, SKIN = 0.05, 0.002
 BOX = {"A": [-0.1, -0.06], "B": [0.1, -0.06], "C": [0.1, 0.06], "D": [-0.1, 0.06]}

@@ -84,7 +84,6 @@ def pile(mu: float, e: float) -> str:
 
 
 @pytest.mark.hard
-@pytest.mark.large(4)  # all but the one in the middle, which takes forty minutes
 @pytest.mark.parametrize(
     ("mu", "e", "seed", "by_steps"),
     [(0.2, 0.0, 1, 1e-3), (0.8, 0.7, 1, 1e-3), (0.5, 0.3, 0, 1e-3), (1.0, 0.5, 2, 1e-3), (0.2, 0.0, 0, 1e-3)],

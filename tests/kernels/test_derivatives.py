@@ -100,7 +100,7 @@ def test_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) 
 @pytest.mark.hard
 @settings(DRAWN, max_examples=COUNT)
 @given(sketch=sketches())
-@first(10)
+@first(6)
 def test_many_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) -> None:
     check_sketch(sketch, workshop)
 

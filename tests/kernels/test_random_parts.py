@@ -112,7 +112,7 @@ def _check_impacts(
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings())
-@first(25)
+@first(12)
 def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
@@ -120,7 +120,7 @@ def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, works
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings(parts=CAMS))
-@first(25)
+@first(12)
 def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
@@ -142,6 +142,6 @@ def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: D
 @pytest.mark.hard
 @settings(DRAWN, max_examples=3 * EXAMPLES)
 @given(drawn=drawings(every=True))
-@first(EXAMPLES // 2)
+@first(EXAMPLES // 4)
 def test_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)

@@ -22,7 +22,7 @@ from ..support.folders import ROOT
 from ..support.tiers import hard, many
 from ..support.workshop import Workshop
 
-MANY = int(os.environ.get("CCGEN_AUDITS", many(25, 250)))
+MANY = int(os.environ.get("CCGEN_AUDITS", many(15, 250)))
 MISSED = 1e-6
 """Of the energy that moves: friction changes within steps by kinks that a quadrature does not see."""
 

@@ -100,8 +100,8 @@ SHORT = 8
 BY_THE_CLOCK = ("told", "check")
 """Calls of the core: whether Ctrl-C has been pressed."""
 EVERY_TIER = ("told", "set")
-PRESSES, EVERY = 200, many(5, 1)
-"""Presses over a run of those that are hard; ``make hard`` makes every fifth of them, ``CCGEN_LARGE=1`` all."""
+PRESSES, EVERY = 200, many(8, 1)
+"""Presses over a run of those that are hard; ``make hard`` makes every eighth of them, ``CCGEN_LARGE=1`` all."""
 
 
 @pytest.fixture(autouse=True)

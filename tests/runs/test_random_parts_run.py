@@ -133,6 +133,6 @@ def test_a_few_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop
 @pytest.mark.hard
 @settings(DRAWN, max_examples=3 * EXAMPLES)
 @given(**EVERY)
-@first(EXAMPLES // 2)
+@first(EXAMPLES // 4)
 def test_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop: Workshop) -> None:
     check(drawn, release, workshop)
