@@ -284,8 +284,8 @@ def print_warnings(run: Run) -> None:
         )
     if run.rest_speed > 0.0:
         typer.echo(
-            f"note: events crowded, or friction jammed, so that contacts that still moved, at {run.rest_speed:.1e} m/s at most, "
-            "counted as at rest",
+            f"note: events crowded, or friction jammed, so that contacts that still moved, "
+            f"at {run.rest_speed:.1e} m/s at most, counted as at rest",
             err=True,
         )
     if run.choices:
