@@ -14,6 +14,7 @@ from ccgen.runtime import simulate
 from ..support.bodies import block
 from ..support.folders import SCENES
 from ..support.leaning_rod import LEANING, G
+from ..support.sliding_rod import ROD
 from ..support.workshop import Workshop
 
 TIP = ("rod.T", "ground_0")
@@ -225,3 +226,16 @@ def test_a_cart_that_a_motor_drives(workshop: Workshop) -> None:
         for j, force in enumerate((np.array([drives, rear]), np.array([drags, front]))):
             wanted = wheel * np.array([a, G]) - force
             assert reactions[j] == pytest.approx(np.array([*wanted, 0.0]), rel=1e-9, abs=1e-9)
+
+
+def test_a_state_in_which_friction_jams_says_so(workshop: Workshop) -> None:
+    """Painleve's rod: pushed along at 58 degrees no force holds its tip, drawn along one does (closed form)."""
+    model = workshop.model(ROD)
+    q, u = model.start()
+    for ask in (model.contact_forces, model.acceleration, model.reactions):
+        with pytest.raises(ValueError, match=r"friction jams .* have no solution"):
+            ask(q, u)
+    ((push, drag), _), (ahead, up) = model.contact_forces(q, -u), (math.cos(q[2]), math.sin(q[2]))
+    assert drag == pytest.approx(-1.5 * push, rel=1e-12)
+    # the tip's acceleration along the ground's normal is none: G = (1 + 3 c (c + mu s)) P for a uniform rod
+    assert push == pytest.approx(G / (1.0 + 3.0 * ahead * (ahead + 1.5 * up)), rel=1e-9)

@@ -30,7 +30,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
     return Functions(tmp_path_factory.mktemp("sharing"), "base", "algebra", "complementarity")
 
 
-AS_GIVEN = -1.0  # sharing.h
+AS_GIVEN, PASSES_LAW = -1.0, 1e-9  # sharing.h, base/tolerances.h
 REPEATS = 5  # base/outcome.h
 
 
@@ -122,3 +122,20 @@ def test_forces_against_the_law_are_shared_within_it_where_that_can_be(seed: int
             assert outcome == REPEATS and np.array_equal(P, before)
             missed += 1
     assert found > 4 and missed > 2
+
+
+@pytest.mark.parametrize("beyond", [0.0, PASSES_LAW])
+def test_limits_are_passed_by_no_more_than_is_allowed(beyond: float, core: Functions) -> None:
+    """Two contacts of one motion, of which only the sum counts: it pulls by a ten-billionth of the forces."""
+    none = np.zeros(2, dtype=np.int8)
+    P = np.array([1.0, -1.0 - 1e-10])
+    assert share(core, np.ones((2, 2)), np.zeros(2), none, none, beyond, P) == (0 if beyond else REPEATS)
+    assert np.allclose(P, [-5e-11, -5e-11] if beyond else [1.0, -1.0 - 1e-10], rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize(("least", "outcome"), [(1.0, 0), (-1e-8, REPEATS)])
+def test_forces_that_are_the_only_ones_are_within_the_law_or_not(least: float, outcome: int, core: Functions) -> None:
+    none, given = np.zeros(2, dtype=np.int8), np.array([least, 1.0])
+    P = given.copy()
+    assert share(core, np.eye(2), np.zeros(2), none, none, PASSES_LAW, P) == outcome and np.array_equal(P, given)
+    assert share(core, np.eye(2), np.zeros(2), none, none, AS_GIVEN, P) == 0 and np.array_equal(P, given)

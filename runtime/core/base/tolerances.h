@@ -109,6 +109,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "contacts whose rows are one part where their gaps bend differently: by this part of the length, or of how they bend, along a unit of a coordinate", \
       "curvatures are sums as places are, of some thousand roundings (as SHUT), squared in what a step of such a size makes of them: radii to a million lengths are round") \
     LAYER(motion) \
+    X(PASSES_LAW, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "part of the largest force by which others may pass Coulomb's limits where those of least norm do", \
+      "what presses or slides by less is rounding to a decision (PRESSED), which would hold again what is let go for it") \
     X(SIDE_ROUNDING, (256.0 * DBL_EPSILON), OF_UNIT, \
       "a switching function of an effect changes its sign where it is more than a state off by this makes of it", \
       "states on the closure and on their grounds are known to some hundred roundings: what contacts or loops keep at zero would change its sign at every step") \
@@ -356,7 +359,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "a closed contact that moves slower is at rest where events crowd; the speed doubles with their number", \
       "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
     X(SEEN, CCGEN_LIMIT(1e-6, 1e-2), OF_SPEED, \
-      "what moves faster does not rest for crowds of events; of the fastest speed in the window where that is less", \
+      "what moves faster, off its ground or along it, does not rest for crowds of events, nor for friction that jams; of the fastest speed in the window where that is less", \
       "a contact that is stopped from it takes 1e-12 of the energy that moves, and changes the speeds of others by no more") \
     X(COLLISION, 1e3, OF_RELATIVE, \
       "times the speed of what rests: an impact without collision that changes velocities by less is none", \
@@ -450,6 +453,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RANK_TOLERANCE, RANK_TOLERANCE_PROJECTED) \
     X(RATES_MISSED, ROUNDED_RATE) \
     X(PRESSED, ONWARD) \
+    X(CONSISTENT, PASSES_LAW) \
     X(SIGMA_DROP, SIGMA_DROP_COARSE) \
     X(ENERGY_ADDED, ENERGY_ASTRAY) \
     X(ENERGY_ADDED, ENERGY_JUMPED)

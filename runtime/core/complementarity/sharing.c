@@ -214,6 +214,15 @@ static int go_to_nearest(const struct shared *c, int limits, const double *G, in
     return 0;
 }
 
+/* Whether P itself is as far within the limits G[limits][rows] as is asked */
+static int is_within(const struct shared *c, int limits, const double *G, double scale, const double *P)
+{
+    int within = 1;
+    for (int i = 0; i < limits && c->beyond >= 0.0; i++)
+        within &= dot(c->rows, G + (size_t)i * c->rows, P) >= -c->beyond * scale;
+    return within;
+}
+
 enum outcome share_forces(const struct shared *c, double *P)
 {
     struct arena *arena = c->arena;
@@ -231,7 +240,7 @@ enum outcome share_forces(const struct shared *c, double *P)
         memcpy(seen, P, rows * sizeof *P);
         const int unseen = part_unseen(c, given, F, seen, Z);
         if (unseen <= 0)
-            outcome = c->beyond < 0.0 ? OUTCOME_DONE : OUTCOME_REPEATS;
+            outcome = is_within(c, limits, G, scale, P) ? OUTCOME_DONE : OUTCOME_REPEATS;
         else if (go_to_nearest(c, limits, G, unseen, Z, scale, P, seen))
             outcome = OUTCOME_REPEATS;
         else

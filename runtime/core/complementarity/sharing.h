@@ -21,7 +21,7 @@ struct shared {
 
 /* P[rows] <- the forces of least norm that give the accelerations W P that P gives, push, and keep Coulomb's law but for what may be `beyond` it. P stays as it is where there are no
  * others, which is so too where rows nearly depend on each other: digits of W do not tell then what gives the same. It stays where memory runs out, and where the search
- * does not end (OUTCOME_REPEATS), which it does but for rounding. Where limits may not be passed AS_GIVEN, OUTCOME_REPEATS says too that no others are within them. */
+ * does not end (OUTCOME_REPEATS), which it does but for rounding. Where limits may not be passed AS_GIVEN, OUTCOME_REPEATS says too that none are within them. */
 enum outcome share_forces(const struct shared *c, double *P);
 
 #endif

@@ -26,7 +26,7 @@ int take_active_set(struct arena *arena, struct active_set *h, const struct ccge
 void clear_active_set(struct active_set *h, const struct ccgen_model *m)
 {
     const size_t c = m->contacts;
-    h->count = h->rows = h->implied = 0;
+    h->count = h->rows = h->implied = h->open = 0;
     h->window = 0.0;
     memset(h->set, 0, c * sizeof *h->set); /* states hold all of it */
     memset(h->mode, 0, c * sizeof *h->mode);
@@ -45,6 +45,7 @@ void copy_active_set(struct active_set *to, const struct active_set *from, int c
     to->count = from->count;
     to->rows = from->rows;
     to->implied = from->implied;
+    to->open = from->open;
     to->window = from->window;
     memcpy(to->set, from->set, c * sizeof *to->set);
     memcpy(to->mode, from->mode, c * sizeof *to->mode);

@@ -42,7 +42,7 @@ struct active_set {
     int rows;          /* count, and how many of them stick */
     int *of;           /* [rows] the contact of each row, as a number in `set` */
     double *force;     /* [rows] N, of the last acceleration */
-    int open;          /* whether others would give the same acceleration: these are of least norm */
+    int open;          /* whether others would give the same: these are of least norm */
     double *least;     /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
     double *peak;      /* [contacts] N: the most that each has pushed with since nothing was held */
     char *closed;      /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */

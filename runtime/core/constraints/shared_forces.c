@@ -24,7 +24,6 @@ struct sharing {
     int *set;                     /* [count] which */
     signed char *side;            /* [count] as of struct shared */
     char *moves;                  /* [count] scratch */
-    char *leaves;                 /* [count] zeros: none opens */
     double *mu;                   /* [count] */
     double *P, *W;                /* [2 count], [2 count][2 count] */
     double *slips, *rates, *bias; /* [contacts] scratch */
@@ -51,7 +50,6 @@ static int take_sharing(struct system *s, struct sharing *p)
     *p = (struct sharing){.set = TAKE(arena, int, c),
                           .side = TAKE_ZEROS(arena, signed char, c),
                           .moves = TAKE(arena, char, c),
-                          .leaves = TAKE_ZEROS(arena, char, c),
                           .mu = TAKE_ZEROS(arena, double, c),
                           .P = TAKE(arena, double, rows),
                           .W = TAKE(arena, double, rows *rows),
@@ -116,8 +114,81 @@ static enum outcome gather(struct system *s, const double *q, const double *u, c
     return outcome;
 }
 
+/* Whether the forces P of the rows row[n] of contacts, and where there is friction of n rows of their sliding, pull or pass Coulomb's limits */
+static int passes_law(const struct shared *c, const double *P)
+{
+    int passes = 0;
+    for (int i = 0; i < c->n; i++)
+        passes |= P[i] < 0.0 || (c->rows > c->n && !c->side[i] && fabs(P[c->n + i]) > c->mu[i] * P[i]);
+    return passes;
+}
+
+/* Share the forces of the contacts which[n] of p, which hang together */
+static enum outcome share_block(struct system *s, struct sharing *p, int n, const int *which, double beyond, char *kept)
+{
+    struct arena *arena = s->arena;
+    const struct mark mark = arena->top;
+    const int all = s->friction ? 2 * p->count : p->count, rows = s->friction ? 2 * n : n;
+    double *W = TAKE(arena, double, (size_t)rows *rows), *P = TAKE(arena, double, rows), *mu = TAKE(arena, double, n);
+    signed char *side = TAKE(arena, signed char, n);
+    char *leaves = TAKE_ZEROS(arena, char, n);
+    int *row = TAKE(arena, int, rows);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (arena->ran_out)
+        goto end;
+    for (int i = 0; i < rows; i++)
+        row[i] = i < n ? which[i] : p->count + which[i - n];
+    for (int i = 0; i < n; i++) {
+        mu[i] = p->mu[which[i]];
+        side[i] = p->side[which[i]];
+    }
+    for (int i = 0; i < rows; i++) {
+        P[i] = p->P[row[i]];
+        for (int j = 0; j < rows; j++)
+            W[i * rows + j] = p->W[(size_t)row[i] * all + row[j]];
+    }
+    const struct shared problem = {
+        .n = n, .rows = rows, .W = W, .mu = mu, .side = side, .leaves = leaves, .beyond = beyond, .arena = arena};
+    const int alone = kept && !passes_law(&problem, P); /* there is no need of others */
+    outcome = alone ? OUTCOME_DONE : share_forces(&problem, P);
+    for (int i = 0; i < rows && !outcome; i++)
+        p->P[row[i]] = P[i];
+    for (int i = 0; i < n && kept && !alone && !outcome; i++)
+        kept[p->set[which[i]]] = 1;
+end:
+    give_back(arena, mark);
+    return outcome;
+}
+
+/* The same block by block. Contacts of blocks that others keep are `kept`, where that is asked for; a block that has no others is no failure then. */
+static enum outcome share_blocks(struct system *s, struct sharing *p, double beyond, char *kept)
+{
+    struct arena *arena = s->arena;
+    const struct mark mark = arena->top;
+    const int all = s->friction ? 2 * p->count : p->count;
+    char *holds = TAKE(arena, char, all), *taken = TAKE_ZEROS(arena, char, all);
+    int *row = TAKE(arena, int, all), *which = TAKE(arena, int, p->count);
+    enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (int i = 0; i < all && !outcome; i++)
+        holds[i] = 1;
+    for (int i = 0; i < p->count && !outcome; i++) {
+        if (taken[i])
+            continue;
+        const int size = rows_that_move_each_other(p->count, all, holds, p->W, i, taken, row);
+        int n = 0;
+        for (int k = 0; k < size; k++)
+            if (row[k] < p->count)
+                which[n++] = row[k];
+        outcome = share_block(s, p, n, which, beyond, kept);
+        if (kept && outcome == OUTCOME_REPEATS)
+            outcome = OUTCOME_DONE;
+    }
+    give_back(arena, mark);
+    return outcome;
+}
+
 enum outcome share_pushes(struct system *s, const double *q, const double *u, const double *u_dot, double beyond,
-                          double *push)
+                          double *push, char *kept)
 {
     const int contacts = s->model->contacts;
     const struct mark mark = s->arena->top;
@@ -126,19 +197,9 @@ enum outcome share_pushes(struct system *s, const double *q, const double *u, co
     enum outcome outcome = take_sharing(s, &p) ? OUTCOME_NO_MEMORY : gather(s, q, u, u_dot, &p);
     const int n = p.count, rows = s->friction ? 2 * n : n;
     outcome = outcome ? outcome : delassus(s, q, n, p.set, columns, p.W);
-    if (!outcome) {
-        for (int i = 0; i < rows; i++)
-            p.P[i] = i < n ? push[p.set[i]] / lever_of(s, p.set[i]) : push[contacts + p.set[i - n]];
-        const struct shared problem = {.n = n,
-                                       .rows = rows,
-                                       .W = p.W,
-                                       .mu = p.mu,
-                                       .side = p.side,
-                                       .leaves = p.leaves,
-                                       .beyond = beyond,
-                                       .arena = s->arena};
-        outcome = share_forces(&problem, p.P);
-    }
+    for (int i = 0; i < rows && !outcome; i++)
+        p.P[i] = i < n ? push[p.set[i]] / lever_of(s, p.set[i]) : push[contacts + p.set[i - n]];
+    outcome = outcome ? outcome : share_blocks(s, &p, beyond, kept);
     for (int i = 0; !outcome && i < rows; i++)
         push[i < n ? p.set[i] : contacts + p.set[i - n]] = i < n ? p.P[i] * lever_of(s, p.set[i]) : p.P[i];
     give_back(s->arena, mark);

@@ -10,8 +10,10 @@
 int may_be_shared(const struct system *s);
 
 /* push[2 contacts], normal forces (N, N m) and friction of what is held at (q, u), which moves with u_dot <- those of least norm that give the same u_dot within Coulomb's
- * limits, of contacts that are carried too; limits may be passed by the part `beyond` of the largest force, or AS_GIVEN (sharing.h). NO_MEMORY, or REPEATS where they are not found; push is then as it was. */
+ * limits, of contacts that are carried too, each block of contacts that move each other by itself; limits may be passed by the part `beyond` of the block's largest force, or
+ * AS_GIVEN (sharing.h). NO_MEMORY, or REPEATS where they are not found; push is then as it was. With kept[contacts], zeros, not NULL, only blocks in which forces pass the law are
+ * shared: kept is 1 of their contacts where that succeeds, and REPEATS is not said. */
 enum outcome share_pushes(struct system *s, const double *q, const double *u, const double *u_dot, double beyond,
-                          double *push);
+                          double *push, char *kept);
 
 #endif

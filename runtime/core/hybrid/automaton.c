@@ -157,6 +157,83 @@ static enum outcome select_slow(struct phase *f, struct mode_change loss, int re
     return outcome;
 }
 
+/* What a stage that takes no time begins with, to which the run goes back where it turns out wrong */
+struct before_stage {
+    double *y;       /* [size] */
+    double *latched; /* [latches] */
+    double t;
+    double energy[2]; /* J: kinetic, potential */
+    struct active_set active;
+    long steps, rejected, choices;
+    double rest_speed;
+    size_t rows, impacts, struck, changes, closed, stretches;
+    size_t last; /* row of the last stretch of time stepping, which may go on, */
+    double t1, step, miss;
+};
+
+static enum outcome note_stage(const struct phase *f, struct before_stage *before)
+{
+    const struct system *s = f->s;
+    const struct run *run = f->run;
+    before->y = TAKE(s->arena, double, s->size);
+    before->latched = TAKE(s->arena, double, s->model->latches);
+    if (take_active_set(s->arena, &before->active, s->model))
+        return OUTCOME_NO_MEMORY;
+    copy_active_set(&before->active, &f->active, s->model->contacts);
+    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
+    for (int l = 0; l < s->model->latches; l++)
+        before->latched[l] = f->latched[l];
+    s->model->energy(s->k, f->y, f->y + s->n, before->energy);
+    before->t = f->t;
+    before->steps = run->steps;
+    before->rejected = run->rejected;
+    before->choices = run->choices;
+    before->rest_speed = run->rest_speed;
+    before->rows = run->record.count;
+    before->impacts = run->impacts.count;
+    before->struck = run->impacts.contact_count;
+    before->changes = run->modes.count;
+    before->closed = run->modes.contact_count;
+    before->stretches = run->stepping.count;
+    if (before->stretches) {
+        const size_t i = before->stretches - 1;
+        before->last = run->stepping.last[i];
+        before->t1 = run->stepping.t1[i];
+        before->step = run->stepping.step[i];
+        before->miss = run->stepping.miss[i];
+    }
+    return OUTCOME_DONE;
+}
+
+/* As if the stage had not been begun */
+static void undo_stage(struct phase *f, const struct before_stage *before)
+{
+    const struct system *s = f->s;
+    struct run *run = f->run;
+    memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+    copy_active_set(&f->active, &before->active, s->model->contacts);
+    for (int l = 0; l < s->model->latches; l++)
+        f->latched[l] = before->latched[l];
+    f->t = before->t;
+    run->steps = before->steps;
+    run->rejected = before->rejected;
+    run->choices = before->choices;
+    run->rest_speed = before->rest_speed;
+    run->record.count = before->rows;
+    run->impacts.count = before->impacts;
+    run->impacts.contact_count = before->struck;
+    run->modes.count = before->changes;
+    run->modes.contact_count = before->closed;
+    run->stepping.count = before->stretches;
+    if (before->stretches) {
+        const size_t i = before->stretches - 1;
+        run->stepping.last[i] = before->last;
+        run->stepping.t1[i] = before->t1;
+        run->stepping.step[i] = before->step;
+        run->stepping.miss[i] = before->miss;
+    }
+}
+
 /* Select what is held. Where that has no forces, as friction jams, it is asked once more with all at rest, along grounds too, that may come to rest in a crowd of events: what
  * slides that slowly is stopped by the jam, and time stepping, which would do it, has many contacts apart for a while. */
 static enum outcome select_held(struct automaton *a, struct phase *f)
@@ -166,16 +243,23 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
     const struct mode_change loss = a->struck ? NO_LOSS : a->loss; /* asked anew where an impact has changed it */
     const int resting = a->crowds ? ALL_REST : a->idle >= (int)IDLE ? a->event.contact : NONE_RESTS;
     const double slow = f->at.slow;
-    const enum outcome outcome = slow > 0.0 ? select_slow(f, loss, resting) : select_active_set(f, loss, resting);
-    if (!f->s->friction || !(slow < f->at.seen) || (outcome != OUTCOME_JAMMED && outcome != OUTCOME_REPEATS))
-        return outcome;
-    const int contact = f->run->contact;
-    f->at.slow = f->at.seen;
-    const enum outcome again = select_slow(f, loss, resting);
-    f->at.slow = slow;
-    if (!again || again == OUTCOME_NO_MEMORY || again == OUTCOME_INTERRUPTED)
-        return again;
-    f->run->contact = contact;
+    const struct mark mark = f->s->arena->top;
+    struct before_stage before;
+    enum outcome outcome = note_stage(f, &before);
+    outcome = outcome ? outcome : (slow > 0.0 ? select_slow : select_active_set)(f, loss, resting);
+    if (f->s->friction && slow < f->at.seen && (outcome == OUTCOME_JAMMED || outcome == OUTCOME_REPEATS)) {
+        const int contact = f->run->contact;
+        undo_stage(f, &before);
+        f->at.slow = f->at.seen;
+        const enum outcome again = select_slow(f, loss, resting);
+        f->at.slow = slow;
+        const int failed = again && again != OUTCOME_NO_MEMORY && again != OUTCOME_INTERRUPTED;
+        if (failed)
+            undo_stage(f, &before);
+        f->run->contact = failed ? contact : -1;
+        outcome = failed ? outcome : again;
+    }
+    give_back(f->s->arena, mark);
     return outcome;
 }
 
@@ -325,80 +409,6 @@ void start_automaton(struct automaton *a)
     a->loss = NO_LOSS;
     a->jammed = NAN;
     a->instant = -INFINITY;
-}
-
-/* What a stage that takes no time begins with, to which the run goes back where it turns out wrong */
-struct before_stage {
-    double *y;       /* [size] */
-    double *latched; /* [latches] */
-    double t;
-    double energy[2]; /* J: kinetic, potential */
-    struct active_set active;
-    long steps, rejected, choices;
-    size_t rows, impacts, struck, changes, closed, stretches;
-    size_t last; /* row of the last stretch of time stepping, which may go on, */
-    double t1, step, miss;
-};
-
-static enum outcome note_stage(const struct phase *f, struct before_stage *before)
-{
-    const struct system *s = f->s;
-    const struct run *run = f->run;
-    before->y = TAKE(s->arena, double, s->size);
-    before->latched = TAKE(s->arena, double, s->model->latches);
-    if (take_active_set(s->arena, &before->active, s->model))
-        return OUTCOME_NO_MEMORY;
-    copy_active_set(&before->active, &f->active, s->model->contacts);
-    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
-    for (int l = 0; l < s->model->latches; l++)
-        before->latched[l] = f->latched[l];
-    s->model->energy(s->k, f->y, f->y + s->n, before->energy);
-    before->t = f->t;
-    before->steps = run->steps;
-    before->rejected = run->rejected;
-    before->choices = run->choices;
-    before->rows = run->record.count;
-    before->impacts = run->impacts.count;
-    before->struck = run->impacts.contact_count;
-    before->changes = run->modes.count;
-    before->closed = run->modes.contact_count;
-    before->stretches = run->stepping.count;
-    if (before->stretches) {
-        const size_t i = before->stretches - 1;
-        before->last = run->stepping.last[i];
-        before->t1 = run->stepping.t1[i];
-        before->step = run->stepping.step[i];
-        before->miss = run->stepping.miss[i];
-    }
-    return OUTCOME_DONE;
-}
-
-/* As if the stage had not been begun */
-static void undo_stage(struct phase *f, const struct before_stage *before)
-{
-    const struct system *s = f->s;
-    struct run *run = f->run;
-    memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
-    copy_active_set(&f->active, &before->active, s->model->contacts);
-    for (int l = 0; l < s->model->latches; l++)
-        f->latched[l] = before->latched[l];
-    f->t = before->t;
-    run->steps = before->steps;
-    run->rejected = before->rejected;
-    run->choices = before->choices;
-    run->record.count = before->rows;
-    run->impacts.count = before->impacts;
-    run->impacts.contact_count = before->struck;
-    run->modes.count = before->changes;
-    run->modes.contact_count = before->closed;
-    run->stepping.count = before->stretches;
-    if (before->stretches) {
-        const size_t i = before->stretches - 1;
-        run->stepping.last[i] = before->last;
-        run->stepping.t1[i] = before->t1;
-        run->stepping.step[i] = before->step;
-        run->stepping.miss[i] = before->miss;
-    }
 }
 
 /* Whether a first step of time stepping gets on, which is taken back: where drives prescribe what contacts and loops do not let happen none does, and the run

@@ -263,7 +263,7 @@ static void pair_twins(const struct phase *f, struct decision *d)
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
  * against the direction in which it will slide. Other closed contacts that this drives into their grounds come to rest with
  * them: they would strike and undo it. */
-static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting)
+static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting, const char *goes_on)
 {
     struct active_set *h = f->s->active;
     const int count = h->count;
@@ -276,7 +276,7 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
     memcpy(mode, h->mode, count);
     for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
         if (stays(d, i)) {
-            h->mode[k] = d->mode[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? mode[k] : STICK;
+            h->mode[k] = goes_on[i] ? mode[k] : STICK;
             k++;
         }
     activate(h, count, h->set, h->mode);
@@ -326,31 +326,38 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
     return 0;
 }
 
-/* Note how fast what is brought to rest in a crowd of events has moved, off its ground and along it. */
-static void note_stopped(struct phase *f, const struct decision *d, double *slips)
+/* Which candidates go on along their grounds as they are: smooth ones, those of which the sliding was known, and of the others, which are as slow as what may rest, those that slide
+ * as has been found. What is brought to rest in a crowd of events is noted with how fast it has moved. */
+static void look_what_goes_on(struct phase *f, const struct decision *d, double *slips, char *goes_on)
 {
     const struct system *s = f->s;
+    const struct active_set *h = s->active;
     if (s->friction)
         s->model->slips(s->k, f->y, f->y + s->n, slips);
-    for (int i = 0; i < d->count; i++)
-        if (stays(d, i)) {
-            const int c = d->contact[i];
-            note_rest(f, c, f->rates[c]);
-            if (s->friction && s->friction[c] > 0.0 && !d->mode[i] && !d->touches[i])
-                note_rest(f, c, slips[c]);
-        }
+    for (int i = 0, k = 0; i < d->count; i++) {
+        const int c = d->contact[i];
+        if (!stays(d, i))
+            continue;
+        const int mode = h->mode[k++];
+        const int slides = mode == SLIP_FORWARD || mode == SLIP_BACKWARD;
+        const double still = STILL * s->length / s->time;
+        goes_on[i] = !s->friction || s->friction[c] == 0.0 || d->mode[i] || d->touches[i] ||
+                     (slides && against(mode) * slips[c] > still);
+        note_rest(f, c, f->rates[c]);
+        if (!goes_on[i])
+            note_rest(f, c, slips[c]);
+    }
 }
 
 static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting,
-                                       double *slips)
+                                       double *slips, char *goes_on)
 {
     enum outcome outcome = select_contacts(f, d, loss, resting);
-    const struct active_set *h = f->s->active;
-    if (outcome || !h->count)
+    if (outcome || !f->s->active->count)
         return outcome;
-    note_stopped(f, d, slips);
+    look_what_goes_on(f, d, slips, goes_on);
     outcome = project_position(f->s, f->y);
-    return outcome ? outcome : project_contact_velocities(f, d, resting);
+    return outcome ? outcome : project_contact_velocities(f, d, resting, goes_on);
 }
 
 static void deactivate_all(struct active_set *h, size_t contacts)
@@ -393,6 +400,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
     for (size_t i = 0; again && i <= c; i++) {
         struct decision d;
         double *slips = TAKE(s->arena, double, c);
+        char *goes_on = TAKE_ZEROS(s->arena, char, c);
         again = 0;
         if (take_decision(&d, s)) {
             outcome = OUTCOME_NO_MEMORY;
@@ -400,7 +408,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             /* what vanishes is told by those that were held until the event: not by those just found */
             outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
-            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips);
+            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips, goes_on);
             again = !outcome && h->count && turns_sliding(f, &d, slips);
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)
@@ -422,14 +430,14 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
     int chosen = 0;
     if (!f->s->arena->ran_out) {
         outcome = select_consistently(f, loss, resting, &chosen);
-        if (!h->count)
+        if (!outcome && !h->count)
             memset(h->peak, 0, c * sizeof *h->peak);
         contact_modes(h, (int)c, how);
         if (!outcome && append_modes(&run->modes, f->t, (int)c, how))
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;
-        if (chosen && !run->choices++)
+        if (!outcome && chosen && !run->choices++)
             run->chosen_at = f->t;
     }
     give_back(f->s->arena, mark);

@@ -92,6 +92,13 @@ static double towards_end(const struct phase *f, double left, double h)
     return !f->s->friction || left <= settled ? h : fmin(h, (1.0 - LEFT) * left);
 }
 
+/* Whether a step has failed as contacts have no impulses, or no place, that it finds */
+static int contacts_have_none(enum outcome outcome)
+{
+    return outcome == OUTCOME_JAMMED || outcome == OUTCOME_REPEATS || outcome == OUTCOME_NOT_CLOSED ||
+           outcome == OUTCOME_NO_CONVERGENCE || outcome == OUTCOME_NOT_KEPT;
+}
+
 static enum outcome go_through(struct span *span, struct phase *f, struct step_room *r, double end, double longest)
 {
     const int fixed = !span->under_way; /* no span: the whole run goes so */
@@ -110,9 +117,9 @@ static enum outcome go_through(struct span *span, struct phase *f, struct step_r
         h = last ? stop - f->t : h;
         const double whole = h;
         outcome = fixed ? step_once(f, r, f->t, h, f->y, f->y1) : controlled_step(f, r, longest, &h, &next, &miss);
-        if (!fixed && f->t > span->begins && outcome && outcome != OUTCOME_INTERRUPTED &&
-            outcome != OUTCOME_NO_MEMORY) {
-            span->ends = f->t; /* events may go on from wherever steps have come to */
+        if (!fixed && f->t > span->begins && contacts_have_none(outcome)) {
+            span->ends = f->t;                  /* events may go on from wherever steps have come to, */
+            span->length = f->t - span->begins; /* and steps, if need be, no coarser than these */
             return OUTCOME_DONE;
         }
         if (outcome)

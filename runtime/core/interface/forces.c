@@ -23,6 +23,7 @@
 struct room {
     struct active_set active;
     struct phase phase;
+    struct run run;    /* none: what a decision says of it */
     signed char *mode; /* [contacts] scratch */
     double *f, *du;    /* [n] scratch */
     double *gaps;      /* [contacts] scratch */
@@ -55,6 +56,7 @@ static int take_room(struct system *s, struct room *r)
         .before = TAKE(arena, double, 2 * c),
         .more = TAKE(arena, double, 3 * (size_t)m->joints),
     };
+    r->phase.run = &r->run;
     if (take_active_set(arena, &r->active, m))
         return 1;
     s->active = c ? &r->active : NULL;
@@ -171,10 +173,10 @@ static enum outcome share(struct room *r, const double *q, const double *u, cons
     const struct ccgen_model *m = s->model;
     const int pushes = 2 * m->contacts;
     memcpy(r->before, push, pushes * sizeof *push);
-    const double beyond[] = {0.0, PRESSED, AS_GIVEN}; /* what is within the law before what is not */
+    const double beyond[] = {0.0, PASSES_LAW, AS_GIVEN}; /* what is within the law before what is not */
     enum outcome outcome = OUTCOME_REPEATS;
     for (int i = 0; i < 3 && outcome == OUTCOME_REPEATS; i++)
-        outcome = share_pushes(s, q, u, u_dot, beyond[i], push);
+        outcome = share_pushes(s, q, u, u_dot, beyond[i], push, NULL);
     if (outcome || !m->rows)
         return outcome;
     for (int c = 0; c < pushes; c++)

@@ -168,13 +168,13 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
     if (outcome)
         goto end;
     const int open = count && robust.motions.rank < robust.motions.rows;
-    if (count)
-        h->open = open;
     const int shared = open ? accelerate_sharing(s, t, q, u, robust.motions.rank, u_dot, lambda) : 1;
     if (shared != 1) {
         outcome = shared ? OUTCOME_JAMMED : OUTCOME_DONE;
         goto end;
     }
+    if (count)
+        h->open = 0; /* what rates they give has no digits that would tell of others */
     if (count)
         set_trial_forces(h, NULL, -1, 0.0);
     const int k = accelerate_with(s, &robust, u_dot, g);

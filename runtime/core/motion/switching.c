@@ -74,39 +74,36 @@ struct mode_change mode_change_of(const struct system *s, int index)
     return (struct mode_change){-1, DETACHES};
 }
 
-/* Whether forces that are not the only ones pull or pass Coulomb's limits, and others give the same motion within them. A decision says that there are forces, not that
- * those of least norm, which the motion takes, are among them. */
-static int others_keep_the_law(struct system *s, const double *y, const double *dy)
+/* values[] of forces that are not the only ones, and pull or pass Coulomb's limits, <- infinity, which changes no mode, where others give the same motion within the law. A
+ * decision says that there are such forces, not that those of least norm, which the motion takes, are among them. */
+static enum outcome keep_what_others_keep(struct system *s, const double *y, const double *dy, double *values)
 {
     const struct active_set *h = s->active;
     const int contacts = s->model->contacts;
     const struct mark mark = s->arena->top;
     double *push = TAKE_ZEROS(s->arena, double, 2 * (size_t)contacts);
-    int against_law = 0, kept = 0;
-    for (int i = 0, row = h->count; i < h->count && h->open && !s->arena->ran_out; i++) {
-        const int c = h->set[i];
+    char *kept = TAKE_ZEROS(s->arena, char, contacts);
+    int passes = 0;
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (int i = 0, row = h->count; i < h->count && !outcome; i++) {
+        const int c = h->set[i], sticks = h->mode[i] == STICK;
         const double P = h->force[i], mu = s->friction ? s->friction[c] : 0.0;
-        const double F = h->mode[i] == STICK ? h->force[row++] : -against(h->mode[i]) * mu * P;
-        against_law |= h->mode[i] != GRAZING && (P < 0.0 || (h->mode[i] == STICK && fabs(F) > mu * P));
         push[c] = P * lever_of(s, c);
-        push[contacts + c] = F;
+        push[contacts + c] = sticks ? h->force[row++] : -against(h->mode[i]) * mu * P;
+        passes |= h->mode[i] != GRAZING && (P < 0.0 || (sticks && fabs(push[contacts + c]) > mu * P));
     }
-    if (against_law)
-        kept = !share_pushes(s, y, y + s->n, dy + s->n, PRESSED, push);
+    if (passes)
+        outcome = share_pushes(s, y, y + s->n, dy + s->n, PASSES_LAW, push, kept);
+    for (int i = 0, next = h->count; i < h->count && passes && !outcome; i++) {
+        const int keeps = kept[h->set[i]] && h->mode[i] != GRAZING;
+        if (keeps)
+            values[i] = INFINITY;
+        if (keeps && h->mode[i] == STICK)
+            values[next] = values[next + 1] = INFINITY;
+        next += tangential(h->mode[i]);
+    }
     give_back(s->arena, mark);
-    return kept;
-}
-
-/* values[] of forces <- what changes no mode */
-static void keep_modes(const struct active_set *h, double *values)
-{
-    for (int i = 0, next = h->count; i < h->count; i++) {
-        if (h->mode[i] != GRAZING)
-            values[i] = 1.0;
-        if (h->mode[i] == STICK)
-            values[next] = values[next + 1] = 1.0;
-        next += h->mode[i] == STICK ? 2 : tangential(h->mode[i]) ? 1 : 0;
-    }
+    return outcome;
 }
 
 enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values)
@@ -138,8 +135,8 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
             values[count++] = against(h->mode[i]) * slips[contact] + creeps;
         }
     }
-    if (!outcome && h->count && others_keep_the_law(s, y, dy))
-        keep_modes(h, values);
+    if (!outcome && h->count && h->open)
+        outcome = keep_what_others_keep(s, y, dy, values);
     outcome = outcome ? outcome : twin_values(s, y, values + count);
     give_back(s->arena, mark);
     return outcome;

@@ -59,7 +59,7 @@ static enum outcome watch_effects(struct phase *f, double t, const double *y, do
 
 typedef enum outcome watched_values(struct phase *f, double t, const double *y, double *value);
 
-/* The same for a watched value: false position with the Illinois modification. value[watched] is scratch. */
+/* The same for a watched value: false position with the Illinois modification, and halves where a value is infinite. value[watched] is scratch. */
 static enum outcome locate_sign_change(struct phase *f, struct event event, watched_values *watch, double *value)
 {
     double low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
@@ -98,7 +98,8 @@ static enum outcome locate_sign_change(struct phase *f, struct event event, watc
             side = -1;
         }
         if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
-            const int before = now > jump && lost < 0.0; /* past the end of an edge a force jumps: not lost before */
+            const int before = (now > jump || now == INFINITY) &&
+                               lost < 0.0; /* past the end of an edge a force jumps: not lost before */
             f->h = before ? high : h;
             return before ? projected_step(f, high) : OUTCOME_DONE;
         }

@@ -31,13 +31,16 @@ static double watched_noise(const struct search *search, int index)
     return FORCE_ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
-/* By how much the samples of a watched value in a window, every other one, miss the rest; `low`: the least of its samples, but
+/* By how much the samples of a watched value in a window, every other one, miss the rest, 0 where one is infinite: nothing shows when what others keep is lost; `low`: the least of its samples, but
  * of a first one that is zero; `size`: the largest */
 static double unforeseen(const double *samples, int count, double noise, double *low, double *size)
 {
     double wrong = 0.0;
     *low = INFINITY;
     *size = 0.0;
+    for (int i = 0; i <= SAMPLES; i++)
+        if (samples[i * count] == INFINITY)
+            return 0.0;
     for (int i = 0; i <= SAMPLES; i++) {
         *low = i || fabs(samples[0]) > noise ? fmin(*low, samples[i * count]) : *low;
         *size = fmax(*size, fabs(samples[i * count]));
