@@ -59,10 +59,9 @@ struct run {
     double window;      /* when the present one began */
     long spent_before;  /* steps and events before that, and those since that get on */
     long events;
-    double
-        rest_speed; /* m/s: the largest below which contacts were at rest because events crowded or friction jammed, or 0 */
-    long choices;     /* at how many recorded instants contacts could as well have stayed as left, and have left */
-    double chosen_at; /* when the first of these was; nothing without one */
+    double rest_speed; /* m/s: the fastest that counted as at rest as events crowded or friction jammed, or 0 */
+    long choices;      /* at how many recorded instants contacts could as well have stayed as left, and have left */
+    double chosen_at;  /* when the first of these was; nothing without one */
 };
 
 void free_run(struct run *run);

@@ -34,8 +34,7 @@ struct progress {
     int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;                       /* when the state was last put where closure rows are lost */
-    double
-        seen; /* speed, of lengths in a characteristic time, above which nothing rests for crowds of events or for jams */
+    double seen; /* speed, of lengths in a characteristic time, above which no crowd and no jam brings to rest */
     double slow; /* speed below which contacts rest, off and along their grounds, where events crowd; 0: REST_SPEED */
 };
 
