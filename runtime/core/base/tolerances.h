@@ -376,6 +376,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(COMPLIANCE, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
       "contacts that find no rigid forces give way by this part of what their own forces move", \
       "what Coulomb's law may be missed by (CONSISTENT)") \
+    X(SOFTER, 100.0, OF_RELATIVE, \
+      "times the compliance before, where contacts that give way by it find no forces either", \
+      "chosen: two more digits that rounding may have taken, twice (COMPLIANCE, SOFTEST)") \
+    X(SOFTEST, CCGEN_LIMIT(2e-6, 1e-2), OF_RELATIVE, \
+      "the most that contacts give way by, of what their own forces move", \
+      "forces as large as ten times what they come from then miss the law by less than it may be in steps (SWEPT_MISS)") \
     X(GIVES_WAY, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
       "contacts may give way by this part of what approaches", \
       "chosen: those that press each other give way by 1e-6 of it, those whose friction jams by ten thousand times it and more") \

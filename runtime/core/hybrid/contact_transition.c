@@ -53,10 +53,11 @@ static int solve_rough(struct arena *arena, struct decision *d, int m)
         .n = m, .W = p->W, .bn = p->b, .bt = p->b + m, .mu = p->mu, .mode = p->mode, .arena = arena};
     const struct mark mark = arena->top;
     int wrong = prepare_friction(&problem) ? 2 : solve_friction(&problem, p->x, p->x + m);
-    if (wrong == 1) {
-        give_way(2 * m, COMPLIANCE, p->W);
+    for (double part = COMPLIANCE, given = 0.0; wrong && !arena->ran_out && part <= SOFTEST; part *= SOFTER) {
+        give_way(2 * m, part - given, p->W);
+        given = part;
         wrong = solve_friction(&problem, p->x, p->x + m);
-        if (!wrong && !(COMPLIANCE * loaded(&problem, p->x) <= GIVES_WAY * approaching(&problem)))
+        if (!wrong && !(part * loaded(&problem, p->x) <= GIVES_WAY * approaching(&problem)))
             wrong = 1;
     }
     give_back(arena, mark);

@@ -6,9 +6,32 @@
 
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
+#include "complementarity/coulomb.h"
 #include "complementarity/friction.h"
 #include "complementarity/least_impulses.h"
 #include "complementarity/ways.h"
+#include "constraints/delassus.h"
+
+/* The same where none are found and the law may be missed: those of contacts that give way a little, if they miss it by no more */
+static int solve_yielding(struct impact_problem *k, struct friction_problem *rough)
+{
+    struct arena *arena = k->arena;
+    const struct mark mark = arena->top;
+    const size_t rows = 2 * (size_t)k->count;
+    const double *rigid = rough->W;
+    double *W = TAKE(arena, double, rows *rows);
+    int wrong = 1;
+    for (double part = COMPLIANCE; wrong && !arena->ran_out && part <= SOFTEST; part *= SOFTER) {
+        memcpy(W, rigid, rows * rows * sizeof *W);
+        give_way((int)rows, part, W);
+        rough->W = W;
+        wrong = solve_friction(rough, k->P, k->F);
+        rough->W = rigid;
+        wrong = wrong || !(coulomb_miss(rough, k->P, k->F) <= k->missed);
+    }
+    give_back(arena, mark);
+    return wrong;
+}
 
 /* The impulses of one step at rough contacts, and the rates after it; 0, or nonzero as `solve_friction` says */
 static int solve_rough(struct impact_problem *k, struct friction_problem *rough)
@@ -16,7 +39,7 @@ static int solve_rough(struct impact_problem *k, struct friction_problem *rough)
     if (prepare_friction(rough))
         return 2;
     const int wrong = k->from ? least_impulses(rough, NOTHING, k->P, k->F) : solve_friction_least(rough, k->P, k->F);
-    if (wrong)
+    if (wrong && (k->from || !(k->missed > 0.0) || solve_yielding(k, rough)))
         return wrong;
     if (k->from)
         refine_impulses(rough, k->P, k->F);
