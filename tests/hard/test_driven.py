@@ -53,7 +53,7 @@ def test_steps_in_time_keep_to_a_prescribed_motion(step: float, workshop: Worksh
 @pytest.mark.hard
 def test_random_driven_mechanisms_reach_their_end(workshop: Workshop) -> None:
     wrong, stopped = [], []
-    runs = driven(many(60, 300), 7)
+    runs = driven(many(100, 300), 7)
     for one in runs:
         found = run(workshop.model, one)
         wrong += [f"{one}: {fault}" for fault in faults(found, one)]
