@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, nnls
 
+from ccgen.runtime import _core
+
 from ..support.core_functions import Functions
 
 Array = Any
@@ -30,8 +32,9 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
     return Functions(tmp_path_factory.mktemp("sharing"), "base", "algebra", "complementarity")
 
 
-AS_GIVEN, PASSES_LAW = -1.0, 1e-9  # sharing.h, base/tolerances.h
-REPEATS = 5  # base/outcome.h
+AS_GIVEN = -1.0  # sharing.h
+PASSES_LAW = _core.TOLERANCES["PASSES_LAW"].value
+REPEATS = _core.OUTCOMES.index("repeats")
 
 
 def share(core: Functions, W: Array, mu: Array, side: Array, leaves: Array, beyond: float, P: Array) -> int:

@@ -280,25 +280,12 @@ static void hand_over(struct automaton *a, struct phase *f)
     run->spent_before = run->steps + run->rejected + run->events;
 }
 
-/* Whether a step of time stepping has failed for what contacts do: then it is told why event by event did not get further. */
-static int has_no_way_on(enum outcome outcome)
-{
-    switch (outcome) {
-    case OUTCOME_JAMMED:
-    case OUTCOME_NOT_CLOSED:
-    case OUTCOME_NO_CONVERGENCE:
-        return 1;
-    default:
-        return 0;
-    }
-}
-
 static enum outcome step(struct automaton *a, struct phase *f)
 {
     if (f->run->method->order == 0)
         return step_to_end(&a->span, f);
     const enum outcome outcome = step_through_span(&a->span, f);
-    if (has_no_way_on(outcome)) {
+    if (contacts_have_none(outcome)) { /* it is told why event by event did not get further */
         f->run->contact = a->at_fault;
         return a->failed;
     }
@@ -503,7 +490,7 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
     f->at.under_way = 0;
     if (outcome) {
         f->run->contact = a->at_fault;
-        return has_no_way_on(outcome) ? failed : outcome;
+        return contacts_have_none(outcome) ? failed : outcome;
     }
     a->event = struck ? (struct event){contact, 1.0, JAMS, 1.0} : NO_EVENT;
     a->loss = NO_LOSS;

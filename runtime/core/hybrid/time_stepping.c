@@ -92,8 +92,7 @@ static double towards_end(const struct phase *f, double left, double h)
     return !f->s->friction || left <= settled ? h : fmin(h, (1.0 - LEFT) * left);
 }
 
-/* Whether a step has failed as contacts have no impulses, or no place, that it finds */
-static int contacts_have_none(enum outcome outcome)
+int contacts_have_none(enum outcome outcome)
 {
     return outcome == OUTCOME_JAMMED || outcome == OUTCOME_REPEATS || outcome == OUTCOME_NOT_CLOSED ||
            outcome == OUTCOME_NO_CONVERGENCE || outcome == OUTCOME_NOT_KEPT;

@@ -14,6 +14,9 @@ struct span {
     int under_way;
 };
 
+/* Whether a step has failed as contacts have no impulses, or no place, that it finds */
+int contacts_have_none(enum outcome outcome);
+
 /* Begin a span at the present state: all contacts are apart until it ends. One that begins soon after another ended is longer. */
 enum outcome begin_span(struct span *span, struct phase *f);
 

@@ -98,8 +98,7 @@ static enum outcome locate_sign_change(struct phase *f, struct event event, watc
             side = -1;
         }
         if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
-            const int before = (now > jump || now == INFINITY) &&
-                               lost < 0.0; /* past the end of an edge a force jumps: not lost before */
+            const int before = now >= jump && lost < 0.0; /* past the end of an edge a force jumps: not lost before */
             f->h = before ? high : h;
             return before ? projected_step(f, high) : OUTCOME_DONE;
         }
