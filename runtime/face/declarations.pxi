@@ -111,7 +111,7 @@ cdef extern from *:
     void turn_to_second_links(const ccgen_model *m, size_t blocks, size_t lanes, real *reaction) noexcept nogil
     int input_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
     int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
-    int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,
+    int system_acceleration_lanes(system *s, int wanted, const real *t, const real *q, const real *u, real *u_dot,
                                   real *scratch) nogil
     size_t lanes_scratch(const system *s) nogil
     int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,

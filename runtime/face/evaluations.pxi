@@ -257,7 +257,7 @@ cdef class Evaluations:
                 x[3 * n, l] = t[min(i + l, b - 1)]
                 for j in range(n):
                     x[j, l], x[n + j, l] = q[min(i + l, b - 1), j], u[min(i + l, b - 1), j]
-            outcomes.append(OUTCOMES[system_acceleration_lanes(&s, &x[3 * n, 0], &x[0, 0], &x[n, 0], &x[2 * n, 0],
+            outcomes.append(OUTCOMES[system_acceleration_lanes(&s, <int>(b - i), &x[3 * n, 0], &x[0, 0], &x[n, 0], &x[2 * n, 0],
                                                                &scratch[0])])
             for l in range(min(lanes, b - i)):
                 for j in range(n):

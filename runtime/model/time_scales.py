@@ -33,6 +33,10 @@ LIKE = 1e-3
 ROUNDED = 1e-9
 """Part of the accelerations below which changes are rounding."""
 
+SUMMED = 1e-12
+"""In units of the mechanism: accelerations and their changes are rounding below that, as sums of terms of that size are
+known to a few thousand of their last digits; a mechanism that a drive holds has none but those."""
+
 MOST_KINKS = 64
 """Between kinks loads are looked at piece by piece; where there are more of them, steps end often enough."""
 
@@ -69,7 +73,7 @@ def _found(model: Geometry, kinks: list[float], until: float) -> list[float]:
         return []
     whole = np.concatenate(samples)
     change, size = float(np.max(np.ptp(whole, axis=0))), float(np.max(np.abs(whole)))
-    if not np.isfinite(change) or change <= ROUNDED * size:
+    if not np.isfinite(change) or change <= max(ROUNDED * size, SUMMED):
         return []
     found: list[float] = []
     for (begin, end), values in zip(pairwise(edges), samples, strict=True):

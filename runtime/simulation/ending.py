@@ -8,6 +8,7 @@ from ..model.drives import driven_against
 from ..model.failed_impact import LIGHT_LINKS, failed_impact
 from ..model.model import Model
 from ..model.tolerances import largest_angle
+from ..model.ways_on import ways_on
 from .arguments import RATE_BUDGET, STEP_BUDGET
 
 
@@ -27,6 +28,7 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; "
         "ask for a larger rtol, or, where a loop lies in a line, for another",
+        "no_branch": ways_on(model, found["q"][-1], found["u"][-1]) if outcome == "no_branch" else "",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         **{key: failed_impact(key, contact, model.data["law"], driven) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",

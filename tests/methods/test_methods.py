@@ -28,6 +28,9 @@ restitution = 0.8
 """
 
 
+RULE = "../algebra/gauss_rule.h"
+
+
 def table(file: str, name: str) -> Array:
     """A table of numbers as a C source has it."""
     text = (METHOD_FILES / file).read_text()
@@ -64,7 +67,7 @@ def collocates(a: Array, b: Array, c: Array, order: int) -> None:
 
 def test_gauss_collocates() -> None:
     a, twice = table("gauss_tableau.h", "ONCE").T, table("gauss_tableau.h", "TWICE").T
-    b, c = table("gauss_tableau.h", "WEIGHT"), table("gauss_tableau.h", "NODE")
+    b, c = table(RULE, "WEIGHT"), table(RULE, "NODE")
     collocates(a, b, c, 16)
     assert np.max(np.abs(a @ a - twice)) <= 1e-16
     assert np.max(np.abs(b * (1 - c) - table("gauss_tableau.h", "WEIGHT2"))) <= 1e-17
@@ -72,14 +75,14 @@ def test_gauss_collocates() -> None:
 
 
 def test_gauss_is_symmetric_and_symplectic() -> None:
-    a, b, c = table("gauss_tableau.h", "ONCE").T, table("gauss_tableau.h", "WEIGHT"), table("gauss_tableau.h", "NODE")
+    a, b, c = table("gauss_tableau.h", "ONCE").T, table(RULE, "WEIGHT"), table(RULE, "NODE")
     assert np.max(np.abs(c + c[::-1] - 1)) <= 1e-16
     assert np.max(np.abs(a + a[::-1, ::-1] - b)) <= 1e-16
     assert np.max(np.abs(b[:, None] * a + (b[:, None] * a).T - np.outer(b, b))) <= 1e-17
 
 
 def test_gauss_finds_legendre_coefficients() -> None:
-    x = 2.0 * np.asarray(table("gauss_tableau.h", "NODE"), dtype=float) - 1.0
+    x = 2.0 * np.asarray(table(RULE, "NODE"), dtype=float) - 1.0
     matrix = np.asarray(table("gauss_tableau.h", "LEGENDRE"), dtype=float)
     values = np.polynomial.legendre.legvander(x, 7)
     assert np.max(np.abs(matrix.T @ values - np.eye(8))) <= 3e-15

@@ -58,14 +58,17 @@
 #endif
 
 #if CCGEN_PRECISION
+#define acos CCGEN_OF_TYPE(acos)
 #define cabs CCGEN_OF_TYPE(cabs)
 #define cimag CCGEN_OF_TYPE(cimag)
 #define copysign CCGEN_OF_TYPE(copysign)
+#define cos CCGEN_OF_TYPE(cos)
 #define creal CCGEN_OF_TYPE(creal)
 #define fabs CCGEN_OF_TYPE(fabs)
 #define frexp CCGEN_OF_TYPE(frexp)
 #define ldexp CCGEN_OF_TYPE(ldexp)
 #define pow CCGEN_OF_TYPE(pow)
+#define sin CCGEN_OF_TYPE(sin)
 #define sqrt CCGEN_OF_TYPE(sqrt)
 #endif
 

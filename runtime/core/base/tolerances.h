@@ -84,6 +84,21 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RANK_TOLERANCE, CCGEN_LIMIT(1e-10, 4e-5), OF_RELATIVE, \
       "rows this near to dependence are dependent", \
       "at the distance sigma the closure fixes places across to rounding / sigma (docs/theory, section 8): here to 2e-6 of the length, more than a tolerance lets pass") \
+    X(BRIDGED, 0.05, OF_RELATIVE, \
+      "nearer than that to dependence configurations along a branch of the motion are interpolated from both sides", \
+      "there accelerations would be known to rounding / sigma^3, 2e-12, which is what a step by the tightest tolerances may miss") \
+    X(NO_BRANCH, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
+      "last coefficients of tangents along a way on which no branch crosses dependent rows", \
+      "where one does they are rounding by its distance from dependence, 1e-11 and less, or 1e-9 where another place is near; where none does they are 1e-4 and more") \
+    X(KNOWN_ALONG, CCGEN_LIMIT(1e-10, 1e-3), OF_RELATIVE, \
+      "last coefficients of tangents that are interpolated", \
+      "a tenth of the default rtol: a motion along them misses less than its steps may") \
+    X(TELLS_TANGENTS, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
+      "nearer than that to dependence velocities tell the branch, in place of rows", \
+      "rows tell tangents to rounding / sigma^2: here to 2e-6, more than enough to tell branches apart") \
+    X(TELLS_BRANCH, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
+      "velocities along which dependent rows come back by less of their speed tell no branch", \
+      "differences of rows over the third root of rounding are known to its square, 4e-11: four digits of the branch are left") \
     X(REFINED_ENOUGH, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "a last correction that is less is rounding", \
       "some thousand roundings of the unreduced equations") \
@@ -153,6 +168,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "rates that are this part of the fastest motion are rounding", \
       "rates are sums over the links as places are: some thousand roundings (as SHUT)") \
     LAYER(steps) \
+    X(INTERPOLATED, 1e-15, OF_RELATIVE, \
+      "runs by a smaller rtol, in wide numbers, follow no branch past singular configurations", \
+      "sixteen points miss that much of a branch that is smooth over five times their way, 10^-16, and some more") \
     X(SLOPE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "part of a piece of a step over whose change the slope of a switching function is taken", \
       "ten digits are left of a slope whose values have sixteen, and its bend over a millionth is as little") \
@@ -460,6 +478,8 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RATES_MISSED, ROUNDED_RATE) \
     X(PRESSED, ONWARD) \
     X(CONSISTENT, PASSES_LAW) \
+    X(KNOWN_ALONG, NO_BRANCH) \
+    X(TELLS_TANGENTS, BRIDGED) \
     X(SIGMA_DROP, SIGMA_DROP_COARSE) \
     X(ENERGY_ADDED, ENERGY_ASTRAY) \
     X(ENERGY_ADDED, ENERGY_JUMPED)

@@ -15,6 +15,8 @@
 #include "algebra/cholesky.h"
 #include "base/tolerances.h"
 #include "constraints/active_set.h"
+#include "constraints/branch.h"
+#include "constraints/rows.h"
 
 enum { PASSES = 3 }; /* of refinement */
 
@@ -33,46 +35,10 @@ static void take_factors(struct arena *arena, struct factors *f, size_t n, size_
 static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
                        const struct factors *f)
 {
-    const struct ccgen_model *m = s->model;
-    double *g = f->g, *right = f->right, *length = f->length;
-    const size_t n = s->n, closed = m->rows, fixed = closed + m->drives, rows = fixed + held;
-    if (closed)
-        m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
-    memcpy(right, y, closed * sizeof *right);
-    memset(g + closed * n, 0, m->drives * n * sizeof *g);
-    memset(right + closed, 0, m->drives * sizeof *right);
-    for (int d = 0; d < m->drives; d++) {
-        g[(closed + d) * n + m->driven[2 * d]] = 1.0;
-        if (m->driven[2 * d + 1] >= 0)
-            g[(closed + d) * n + m->driven[2 * d + 1]] = -1.0;
-    }
-    if (m->drives && t)
-        m->prescribed(s->k, *t, s->inputs, right + closed);
-    for (int j = 0; j < held; j++)
-        active_row(s, q, j, push, g + (fixed + j) * n);
-    memcpy(right + fixed, y + closed, held * sizeof *right);
-    for (size_t j = 0; j < rows;
-         j++) { /* in units of the coordinates: how near rows are is then the same in all units of length */
-        double sum = 0.0;
-        for (size_t i = 0; i < n; i++) {
-            g[j * n + i] *= s->unit[i];
-            sum += g[j * n + i] * g[j * n + i];
-        }
-        length[j] = sqrt(sum);
-    }
-    for (size_t j = 0; j < closed; j++) { /* both rows of a pin by the longer, one alone by at least the size of the
-                                           * mechanism: a row that vanishes must be seen */
-        const size_t other = m->partner[j];
-        if (other == j)
-            length[j] = fmax(length[j], s->length);
-        else if (other > j)
-            length[j] = length[other] = fmax(fmax(length[j], length[other]), DBL_MIN);
-    }
-    for (size_t j = fixed; j < rows; j++)
-        length[j] = fmax(length[j], DBL_MIN);
-    for (size_t j = 0; j < rows; j++)
-        for (size_t i = 0; i < n; i++)
-            g[j * n + i] /= length[j];
+    const size_t closed = s->model->rows;
+    scaled_closure_rows(s, q, f->g, f->length);
+    memcpy(f->right, y, closed * sizeof *f->right);
+    scaled_other_rows(s, q, held, y + closed, t, push, f->g + closed * s->n, f->length + closed, f->right + closed);
 }
 
 /* The rows of the closure and of driven joints, factorised in what is taken from the arena; their rank, or -1 when memory runs out */
@@ -181,10 +147,8 @@ static void note_inexact(struct system *s, const double *x, int count, const dou
         s->refinement_residual = fmax(s->refinement_residual, last / whole);
 }
 
-/* Motions null[n - rank][n] that no row sees, orthonormal in units of the coordinates, from the factors of the rows, and their masses mass[n - rank][n - rank];
- * p[n] is scratch. */
-static void write_null_motions(const struct system *s, const double *q, int rank, const double *g, const double *beta,
-                               double *null, double *mass, double *p)
+/* Motions null[n - rank][n] that no row sees, orthonormal in units of the coordinates, from the factors of the rows */
+static void write_null_motions(const struct system *s, int rank, const double *g, const double *beta, double *null)
 {
     const size_t n = s->n, free_ = n - rank;
     for (size_t j = 0; j < free_; j++) {
@@ -194,12 +158,21 @@ static void write_null_motions(const struct system *s, const double *q, int rank
         reflect((int)n, rank, g, beta, 0, column);
         for (size_t i = 0; i < n; i++)
             column[i] *= s->unit[i];
-        s->model->momentum(s->k, q, column, p);
+    }
+}
+
+/* mass[count][count] of motions null[count][n]; p[n] is scratch. */
+static void write_masses(const struct system *s, const double *q, size_t count, const double *null, double *mass,
+                         double *p)
+{
+    const size_t n = s->n;
+    for (size_t j = 0; j < count; j++) {
+        s->model->momentum(s->k, q, null + j * n, p);
         for (size_t i = 0; i <= j; i++) {
             double sum = 0.0;
             for (size_t l = 0; l < n; l++)
                 sum += null[i * n + l] * p[l];
-            mass[i * free_ + j] = mass[j * free_ + i] = sum;
+            mass[i * count + j] = mass[j * count + i] = sum;
         }
     }
 }
@@ -248,6 +221,71 @@ static void write_particular(const struct system *s, const struct nullspace *z)
         x[i] *= s->unit[i];
 }
 
+/* x[n] = sum of z[freedom] times the tangents T, which are in units */
+static void move_along(const struct system *s, const double *T, int freedom, const double *z, double *x)
+{
+    for (int j = 0; j < freedom; j++)
+        for (int i = 0; i < s->n; i++)
+            x[i] += z[j] * T[(size_t)j * s->n + i] * s->unit[i];
+}
+
+/* Motions along the system's branch (eq. 8.10), which rows of driven joints and of held contacts leave: those of the closure are kept by any. Rates of driven joints as prescribed at *t,
+ * or speed[drives], or none. push[contacts] are zeros. */
+static enum outcome factorise_along_branch(struct system *s, const double *q, int held, const double *y,
+                                           const double *t, const double *speed, double *push, double nearest,
+                                           struct nullspace *z)
+{
+    const struct branch *b = s->branch;
+    const struct factors *f = &z->factors;
+    const double *T = branch_tangents(b);
+    const int n = s->n, d = b->freedom, drives = s->model->drives, rows = drives + held;
+    const struct mark mark = s->arena->top;
+    double *g = TAKE(s->arena, double, (size_t)rows *n), *x = TAKE_ZEROS(s->arena, double, d);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    memset(z->particular, 0, n * sizeof *z->particular);
+    if (!outcome && t)
+        outcome = branch_bias(s, z->particular);
+    if (outcome)
+        goto end;
+    scaled_other_rows(s, q, held, y, t, push, g, f->length, f->right);
+    if (speed)
+        memcpy(f->right, speed, drives * sizeof *speed);
+    for (int k = 0; k < rows; k++) {
+        f->order[k] = k;
+        f->right[k] /= f->length[k];
+        for (int i = 0; i < n; i++)
+            f->right[k] -= g[(size_t)k * n + i] * z->particular[i] / s->unit[i];
+        for (int i = 0; i < d; i++) {
+            double sum = 0.0;
+            for (int l = 0; l < n; l++)
+                sum += g[(size_t)k * n + l] * T[(size_t)i * n + l];
+            f->g[(size_t)k * d + i] = sum;
+        }
+    }
+    const int count = reduce_columns(d, rows, f->g, nearest, f->diagonal, f->beta, f->order);
+    z->along = s->model->rows;
+    z->rank = b->rank + count;
+    for (int k = 0; k < count; k++)
+        x[k] = f->right[f->order[k]];
+    solve_transposed_triangle(d, count, f->g, f->diagonal, x);
+    reflect(d, count, f->g, f->beta, 0, x);
+    move_along(s, T, d, x, z->particular);
+    for (int j = count; j < d; j++) {
+        memset(x, 0, d * sizeof *x);
+        x[j] = 1.0;
+        reflect(d, count, f->g, f->beta, 0, x);
+        memset(z->null + (size_t)(j - count) * n, 0, n * sizeof *z->null);
+        move_along(s, T, d, x, z->null + (size_t)(j - count) * n);
+    }
+    write_masses(s, q, d - count, z->null, z->mass, z->b);
+    if (cholesky(d - count, z->mass, d - count, NULL, 0.0, z->mass))
+        outcome = OUTCOME_NOT_FINITE;
+    prepare_least_norm(d, rows, count, f->g, f->diagonal, f->order, f->length, NULL, &z->least_norm);
+end:
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 enum outcome factorise_motions(struct system *s, const double *q, int held, const double *y, const double *t,
                                double nearest, struct nullspace *z)
 {
@@ -261,17 +299,37 @@ enum outcome factorise_motions(struct system *s, const double *q, int held, cons
         return OUTCOME_NO_MEMORY;
     if (interrupted(s->interruption, 0))
         return OUTCOME_INTERRUPTED;
+    if (is_place_on_branch(s, q))
+        return factorise_along_branch(s, q, held, y + s->model->rows, t, NULL, push, nearest, z);
     write_rows(s, q, held, y, t, push, f);
     for (int j = 0; j < rows; j++)
         f->order[j] = j;
     z->rank = reduce_columns(s->n, rows, f->g, nearest, f->diagonal, f->beta, f->order);
     write_particular(s, z);
-    write_null_motions(s, q, z->rank, f->g, f->beta, z->null, z->mass, z->b);
+    write_null_motions(s, z->rank, f->g, f->beta, z->null);
+    write_masses(s, q, s->n - z->rank, z->null, z->mass, z->b);
     const int free_ = s->n - z->rank;
     if (cholesky(free_, z->mass, free_, NULL, 0.0, z->mass))
         return OUTCOME_NOT_FINITE;
     prepare_least_norm(s->n, rows, z->rank, f->g, f->diagonal, f->order, f->length, NULL, &z->least_norm);
     return OUTCOME_DONE;
+}
+
+/* Multipliers of held contacts that balance z->b along the system's branch; those of the closure are not numbers. */
+static void least_along_branch(const struct system *s, const struct nullspace *z, double *lambda)
+{
+    const int n = s->n, d = s->branch->freedom, drives = s->model->drives, held = z->rows - z->fixed;
+    const double *T = branch_tangents(s->branch);
+    for (int i = 0; i < d; i++) {
+        z->more[i] = 0.0;
+        for (int l = 0; l < n; l++)
+            z->more[i] += T[(size_t)i * n + l] * s->unit[l] * z->b[l];
+    }
+    find_least_norm(d, drives + held, z->rank - s->branch->rank, z->factors.g, z->factors.beta, z->more, &z->least_norm,
+                    z->every);
+    for (int i = 0; i < z->along; i++)
+        lambda[i] = NAN;
+    memcpy(lambda + z->along, z->every + drives, held * sizeof *lambda);
 }
 
 void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
@@ -286,6 +344,10 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
     }
     if (s->refine && free_)
         note_inexact(s, x, (int)free_, z->more, z->accelerates ? s->acceleration_scale : 0.0);
+    if (z->along) {
+        least_along_branch(s, z, lambda);
+        return;
+    }
     for (size_t i = 0; i < n; i++)
         z->b[i] *= s->unit[i];
     find_least_norm((int)n, z->rows, z->rank, z->factors.g, z->factors.beta, z->b, &z->least_norm, z->every);
@@ -316,6 +378,57 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
     const enum outcome outcome = factorise_motions(s, q, held, y, t, nearest, &z);
     if (!outcome)
         choose_motion(s, &z, residual, context, x, lambda);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+/* Rates at which the rows of held contacts change, taken away; speeds of driven joints that u[n] has more than x[n] */
+static void rates_to_keep(const struct system *s, const double *q, const double *u, const double *x, double *rates,
+                          double *slips, double *held, double *speed)
+{
+    const struct ccgen_model *m = s->model;
+    if (active_count(s))
+        rates_of_active(s, q, x, s->active->rows, rates, slips, held);
+    for (int j = 0; j < active_rows(s, 1); j++)
+        held[j] = -held[j];
+    for (int k = 0; k < m->drives; k++) {
+        const int first = m->driven[2 * k], second = m->driven[2 * k + 1];
+        speed[k] = u[first] - x[first] - (second < 0 ? 0.0 : u[second] - x[second]);
+    }
+}
+
+enum outcome keep_velocities_along_branch(struct system *s, const double *q, double *u)
+{
+    const struct ccgen_model *m = s->model;
+    const struct branch *b = s->branch;
+    const int n = s->n, d = b->freedom, held = active_rows(s, 1), rows = m->rows + m->drives + held;
+    const struct mark mark = s->arena->top;
+    struct nullspace z = {.q = q, .rows = rows, .fixed = m->rows + m->drives};
+    double *x = TAKE_ZEROS(s->arena, double, n), *f = TAKE(s->arena, double, n), *more = TAKE(s->arena, double, n);
+    double *rates = TAKE(s->arena, double, m->contacts), *slips = TAKE(s->arena, double, m->contacts);
+    double *wanted = TAKE(s->arena, double, held), *speed = TAKE(s->arena, double, m->drives);
+    double *push = TAKE_ZEROS(s->arena, double, m->contacts), *in_chart = TAKE(s->arena, double, d);
+    double *multipliers = TAKE(s->arena, double, m->rows + held);
+    enum outcome outcome = take_nullspace(s, rows, &z);
+    outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : outcome;
+    if (outcome)
+        goto end;
+    for (int i = 0; i < d; i++) {
+        in_chart[i] = 0.0;
+        for (int l = 0; l < n; l++)
+            in_chart[i] += b->chart[(size_t)i * n + l] * u[l] / s->unit[l];
+    }
+    move_along(s, branch_tangents(b), d, in_chart, x);
+    rates_to_keep(s, q, u, x, rates, slips, wanted, speed);
+    for (int i = 0; i < n; i++)
+        more[i] = u[i] - x[i];
+    m->momentum(s->k, q, more, f);
+    outcome = factorise_along_branch(s, q, held, wanted, NULL, speed, push, RANK_TOLERANCE, &z);
+    if (!outcome)
+        choose_motion(s, &z, momentum_residual, f, more, multipliers);
+    for (int i = 0; i < n && !outcome; i++)
+        u[i] = x[i] + more[i];
+end:
     give_back(s->arena, mark);
     return outcome;
 }

@@ -22,7 +22,8 @@ void momentum_residual(const struct system *s, const double *q, const void *f, c
 struct nullspace {
     const double *q;       /* [n] */
     int rows, fixed, rank; /* all rows, those of the closure and of driven joints, those that count */
-    int accelerates;       /* motions are accelerations, not jumps */
+    int along; /* of these the rows that the branch of the system keeps by itself, or 0: the factors are then of the others along it */
+    int accelerates; /* motions are accelerations, not jumps */
     struct factors factors;
     double *particular;  /* [n] */
     double *null, *mass; /* [n - rank][n] and the factor of their masses */
@@ -30,7 +31,8 @@ struct nullspace {
     double *b, *more, *every; /* scratch: [n], [n], [rows] */
 };
 
-/* All motions x[n] with A x = y on the rows that count, from the arena. The rows
+/* All motions x[n] with A x = y on the rows that count, from the arena; at a state of the system's branch those along it, and multipliers of the closure
+ * are then NaN: they may have no bound. The rows
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
  * at time *t, or do not move against each other where `t` is NULL. */
@@ -43,6 +45,10 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
 
 /* The same of those that no row sees, by generalized impulses f[n]: a jump that leaves all rows as they are */
 void choose_jump(struct system *s, struct nullspace *z, const double *f, double *du, double *Lambda);
+
+/* The velocities along the system's branch nearest to u[n] in the metric of the masses, at its last place: driven joints move as fast, and closed gaps and what
+ * sticks stays */
+enum outcome keep_velocities_along_branch(struct system *s, const double *q, double *u);
 
 /* Both at once */
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,

@@ -267,7 +267,8 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
 static void hand_over(struct automaton *a, struct phase *f)
 {
     struct run *run = f->run;
-    f->at = (struct progress){.place = NAN, .seen = f->at.seen, .slow = f->at.slow};
+    f->at = (struct progress){
+        .place = NAN, .seen = f->at.seen, .slow = f->at.slow, .widest = f->at.widest, .follows = f->at.follows};
     f->h = 0.0;
     memset(f->tight, 0, f->s->model->contacts * sizeof *f->tight);
     a->event = NO_EVENT;

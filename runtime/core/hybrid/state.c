@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 15;
+    kind.version = 17;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -55,6 +55,9 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->place)                       \
     NUMBER(at->own)                         \
     NUMBER(at->passage)                     \
+    NUMBER(f->branch.rank)                  \
+    NUMBER(at->widest)                      \
+    NUMBER(at->follows)                     \
     NUMBER(at->nearer)                      \
     NUMBER(at->cuts)                        \
     NUMBER(at->gap_uncertainty)             \
@@ -170,10 +173,11 @@ static int is_sound(const struct automaton *a, const struct phase *f)
 {
     const struct active_set *h = &f->active;
     const int c = f->s->model->contacts;
-    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ABOUT || h->count < 0 || h->count > c ||
-                h->rows < h->count || h->rows > 2 * h->count || h->implied < 0 || h->implied > c ||
-                a->event.contact < -1 || a->event.contact >= c || a->event.watch < JAMS || a->loss.contact < -1 ||
-                a->loss.contact >= c || a->events < 0 || f->run->steps < 0;
+    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ABOUT || f->branch.rank < 0 || f->branch.rank > f->s->n ||
+                f->branch.rank > f->s->model->rows || h->count < 0 || h->count > c || h->rows < h->count ||
+                h->rows > 2 * h->count || h->implied < 0 || h->implied > c || a->event.contact < -1 ||
+                a->event.contact >= c || a->event.watch < JAMS || a->loss.contact < -1 || a->loss.contact >= c ||
+                a->events < 0 || f->run->steps < 0;
     for (int i = 0; i < h->count && !wrong; i++)
         wrong = h->set[i] < 0 || h->set[i] >= c || h->mode[i] < AT_LIMIT_BACKWARD || h->mode[i] > OPEN;
     for (int i = 0; i < h->rows && !wrong; i++)
@@ -240,6 +244,7 @@ void take_back(struct automaton *a, struct phase *f, const void *bytes)
     const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
     const char *at = put_parts(a, f, bytes);
     set_units(f->s);
+    f->s->branch = NULL; /* a step that follows one begins it */
     if (remembered) {
         memcpy(f->kept, at, remembered);
         f->run->method->memory(f->s, f->scratch, 1, f->kept);

@@ -74,8 +74,12 @@ static void note_forces(const struct system *s, double *force)
 /* Follow the held motion by h to f->y1: h->force is then what it has come to. */
 static enum outcome follow(struct phase *f, double h)
 {
-    const enum outcome outcome = projected_step(f, h);
-    return outcome ? outcome : system_derivative(f->s, f->t + h, f->y1, f->dy1);
+    const int follows = f->at.follows;
+    enum outcome outcome = projected_step(f, h);
+    outcome = outcome ? outcome : system_derivative(f->s, f->t + h, f->y1, f->dy1);
+    leave_branch(f); /* what is decided between phases is asked of the closure as it is */
+    f->at.follows = follows;
+    return outcome;
 }
 
 /* The largest change of a force since `force`, as an acceleration */

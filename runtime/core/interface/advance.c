@@ -30,6 +30,7 @@ static enum outcome begin_at(const struct stretch *w, const struct method *metho
 {
     a->s = *w->system;
     struct system *s = &a->s;
+    s->branch = NULL;
     a->run = (struct run){.method = method, .tolerance = w->tolerance};
     a->run.tolerance.unit = s->unit;
     a->f = (struct phase){.s = s, .run = &a->run, .t = w->t[end], .at.place = NAN};
@@ -82,13 +83,50 @@ static enum outcome come_back(const struct stretch *w, double t, double *y)
     return outcome;
 }
 
+/* From a row of the stretch, along the branch on which the motion is there */
+static enum outcome step_along_branch(const struct stretch *w, int end, double t, double *y)
+{
+    struct advance a;
+    enum outcome outcome = begin_at(w, w->method, end, t - w->t[end], &a);
+    outcome = outcome ? outcome : look_along_branch(&a.f, t);
+    end_advance(&a, outcome, y);
+    return outcome;
+}
+
+/* The same where a place lies near, from the first row, or, where that does not tell the branch, from the second */
+static enum outcome step_past_place(const struct stretch *w, double t, double *y, int *there_is)
+{
+    struct advance a;
+    enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
+    double *end = TAKE(a.s.arena, double, a.s.size);
+    *there_is = 0;
+    if (!outcome && a.s.arena->ran_out)
+        outcome = OUTCOME_NO_MEMORY;
+    if (!outcome) {
+        write_row(w, 1, end);
+        a.f.h = w->t[1] - w->t[0];
+        *there_is = comes_near_singularity(&a.f, end);
+    }
+    end_advance(&a, OUTCOME_NOT_CLOSED, y);
+    if (outcome || !*there_is)
+        return outcome;
+    outcome = step_along_branch(w, 0, t, y);
+    if (outcome && outcome != OUTCOME_INTERRUPTED && !w->count)
+        outcome = step_along_branch(w, 1, t, y);
+    *there_is = !outcome || outcome == OUTCOME_INTERRUPTED;
+    return *there_is ? outcome : OUTCOME_DONE;
+}
+
 enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
 {
     struct advance a;
     *there_is = 0;
-    if (!w->system->model->rows || w->count || w->drift != DRIFT_PROJECTED || !w->method->step)
+    if (!w->system->model->rows || w->drift != DRIFT_PROJECTED || !w->method->step)
         return OUTCOME_DONE;
-    enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
+    enum outcome outcome = step_past_place(w, t, y, there_is);
+    if (*there_is || outcome || w->count)
+        return outcome;
+    outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
     double *end = TAKE(a.s.arena, double, a.s.size);
     if (!outcome && a.s.arena->ran_out)
         outcome = OUTCOME_NO_MEMORY;

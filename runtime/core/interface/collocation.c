@@ -201,7 +201,7 @@ static enum outcome sweep_lanes(struct system *s, int stages, const struct strid
         m->stages(n, stages, step->u, r->none, r->c + b, r->once + b * stages, r->w, r->u);
         for (int l = 0; l < lanes; l++)
             r->t[l] = step->t + step->h * r->c[b + l];
-        outcome = system_acceleration_lanes(s, r->t, r->q, r->u, block, r->scratch);
+        outcome = system_acceleration_lanes(s, s->model->lanes, r->t, r->q, r->u, block, r->scratch);
         for (int i = 0; i < n && block != r->next; i++)
             memcpy(r->next + i * stages + b, block + i * lanes, lanes * sizeof *block);
     }

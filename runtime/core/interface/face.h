@@ -39,9 +39,11 @@ typedef double ccgen_real;
 #endif
 
 #undef double
+#undef acos
 #undef cabs
 #undef cimag
 #undef copysign
+#undef cos
 #undef creal
 #undef fabs
 #undef fmax
@@ -49,6 +51,7 @@ typedef double ccgen_real;
 #undef frexp
 #undef ldexp
 #undef pow
+#undef sin
 #undef sqrt
 
 #endif

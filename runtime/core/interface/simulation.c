@@ -199,6 +199,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->t = t;
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
+    f->branch.rank = 0;
     run->steps = run->rejected = run->events = 0;
     run->rest_speed = 0.0;
     run->contact = -1;

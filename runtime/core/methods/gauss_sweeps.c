@@ -161,7 +161,7 @@ static enum outcome sweep(struct gauss *g, struct system *s, double t, double h,
         s->model->stages(n, STAGES, y + n, g->none, g->node + b, g->once + b * STAGES, g->f, g->u);
         for (int l = 0; l < lanes; l++)
             g->time[l] = t + NODE[b + l] * h;
-        const enum outcome outcome = system_acceleration_lanes(s, g->time, g->q, g->u, block, g->side);
+        const enum outcome outcome = system_acceleration_lanes(s, lanes, g->time, g->q, g->u, block, g->side);
         if (outcome)
             return outcome;
         for (int i = 0; i < n && block != g->g; i++)

@@ -4,21 +4,11 @@
 #ifndef CCGEN_GAUSS_TABLEAU_H
 #define CCGEN_GAUSS_TABLEAU_H
 
+#include "algebra/gauss_rule.h"
+
 #pragma GCC system_header /* numbers have the digits of long doubles, and are rounded to the core's type without a warning */
 
-enum { STAGES = 8 };
-
-/* nodes: zeros of the Legendre polynomial of degree 8, on [0, 1] */
-static const double NODE[STAGES] = {0.01985507175123188415821957L, 0.1016667612931866302042230L,
-                                    0.2372337950418355070911305L,  0.4082826787521750975302619L,
-                                    0.5917173212478249024697381L,  0.7627662049581644929088695L,
-                                    0.8983332387068133697957770L,  0.9801449282487681158417804L};
-
-/* weights of the integral over the step, and of the double integral: WEIGHT (1 - NODE) */
-static const double WEIGHT[STAGES] = {0.05061426814518812957626568L, 0.1111905172266872352721780L,
-                                      0.1568533229389436436689811L,  0.1813418916891809914825752L,
-                                      0.1813418916891809914825752L,  0.1568533229389436436689811L,
-                                      0.1111905172266872352721780L,  0.05061426814518812957626568L};
+/* weights of the double integral: WEIGHT (1 - NODE) */
 static const double WEIGHT2[STAGES] = {0.04960931821952932893117269L, 0.09988613745373566824565367L,
                                        0.1196424138732154514861814L,  0.1073031383803353775857423L,
                                        0.07403875330884561389683291L, 0.03721090906572819218279967L,

@@ -202,7 +202,7 @@ static enum outcome take_differences(struct radau *r, struct system *s, double t
             if (c < 2 * n)
                 (c < n ? r->q : r->u)[c % n * lanes + l] += DIFFERENCE * (s->unit[c] + fabs(y[c]));
         }
-        const enum outcome outcome = system_acceleration_lanes(s, r->time, r->q, r->u, r->out, r->side);
+        const enum outcome outcome = system_acceleration_lanes(s, 2 * n - first, r->time, r->q, r->u, r->out, r->side);
         if (outcome)
             return outcome;
         for (int l = 0; l < lanes && first + l < 2 * n; l++) {
@@ -298,7 +298,7 @@ static enum outcome miss(struct radau *r, struct system *s, double t, double h, 
             r->time[l] = t + NODE[j] * h;
             stage(r, j, h, y, r->q + l, r->u + l, lanes);
         }
-        const enum outcome outcome = system_acceleration_lanes(s, r->time, r->q, r->u, r->out, r->side);
+        const enum outcome outcome = system_acceleration_lanes(s, STAGES - first, r->time, r->q, r->u, r->out, r->side);
         if (outcome)
             return outcome;
         for (int l = 0; l < lanes && first + l < STAGES; l++)

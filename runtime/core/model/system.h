@@ -35,6 +35,7 @@ struct system {
     int projects_stages;               /* whether derivatives are those of the state put onto the closure */
     int projects_steps;                /* whether the ends of steps are */
     double baumgarte; /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
+    struct branch *branch;        /* that states are put onto, or NULL: constraints/branch.h */
     struct active_set *active;    /* contacts that stay closed, or NULL: constraints/active_set.h */
     double length;                /* a length of the mechanism (m), the scale of closure */
     double time;                  /* its characteristic time (s): model/scales.h */

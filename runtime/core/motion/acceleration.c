@@ -7,6 +7,7 @@
 
 #include "algebra/elimination.h"
 #include "base/tolerances.h"
+#include "constraints/onto_branch.h"
 #include "constraints/contact_forces.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
@@ -215,7 +216,8 @@ static enum outcome solve_motion(struct system *s, double t, const double *q, co
     if (interrupted(s->interruption, s->n))
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
-    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
+    const int follows = follows_at(s, q);
+    int dependent = follows ? 1 : m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
     if (!dependent &&
         active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */
         dependent = s->refine ? 1 : add_contact_accelerations(s, q, u, u_dot);
@@ -225,7 +227,7 @@ static enum outcome solve_motion(struct system *s, double t, const double *q, co
         outcome = accelerate_in_nullspace(s, t, q, u, u_dot, lambda);
     else if (s->refine)
         outcome = refine_acceleration(s, t, q, u, u_dot, lambda);
-    if (!outcome && s->baumgarte > 0.0 && m->rows &&
+    if (!outcome && s->baumgarte > 0.0 && m->rows && !follows &&
         !active_count(s)) /* held contacts are projected, and the loops with them */
         outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)
@@ -234,8 +236,28 @@ static enum outcome solve_motion(struct system *s, double t, const double *q, co
     return outcome;
 }
 
+/* At the state of the branch that belongs to this one */
+static enum outcome accelerate_on_branch(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                         double *lambda)
+{
+    const size_t n = s->n;
+    const struct mark mark = s->arena->top;
+    double *there = TAKE(s->arena, double, 2 * n);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome) {
+        memcpy(there, q, n * sizeof *q);
+        memcpy(there + n, u, n * sizeof *u);
+        outcome = put_onto_branch(s, there, there + n);
+    }
+    outcome = outcome ? outcome : accelerate(s, t, there, there + n, u_dot, lambda);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 enum outcome accelerate(struct system *s, double t, const double *q, const double *u, double *u_dot, double *lambda)
 {
+    if (follows_at(s, q) && !is_on_branch(s, q, u))
+        return accelerate_on_branch(s, t, q, u, u_dot, lambda);
     if (lambda || !s->refine)
         return solve_motion(s, t, q, u, u_dot, lambda);
     const struct mark mark = s->arena->top;

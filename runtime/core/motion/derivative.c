@@ -29,7 +29,7 @@ static enum outcome derivative_at(struct system *s, double t, const double *y, d
 
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
 {
-    if (!s->projects_stages)
+    if (!s->projects_stages && !s->branch)
         return derivative_at(s, t, y, dy);
     const size_t n = s->n;
     const struct mark mark = s->arena->top;
@@ -38,8 +38,7 @@ enum outcome system_derivative(struct system *s, double t, const double *y, doub
     if (s->arena->ran_out)
         goto end;
     memcpy(projected, y, 2 * n * sizeof *y);
-    outcome = project_position(s, projected);
-    outcome = outcome ? outcome : project_velocity(s, projected, projected + n);
+    outcome = project_state(s, projected, projected + n);
     outcome = outcome ? outcome : derivative_at(s, t, projected, dy);
 end:
     give_back(s->arena, mark);

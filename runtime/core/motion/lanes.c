@@ -42,7 +42,7 @@ static enum outcome supply_lanes(struct system *s, const double *t, const double
     return OUTCOME_DONE;
 }
 
-enum outcome system_acceleration_lanes(struct system *s, const double *t, const double *q, const double *u,
+enum outcome system_acceleration_lanes(struct system *s, int wanted, const double *t, const double *q, const double *u,
                                        double *u_dot, double *scratch)
 {
     const struct ccgen_model *m = s->model;
@@ -58,14 +58,14 @@ enum outcome system_acceleration_lanes(struct system *s, const double *t, const 
     unsigned lost = ~0u;
     if (lanes_apply(s))
         lost = m->acceleration_lanes(s->k, q, u, t, inputs, u_dot, NULL);
-    s->evaluations += lanes;
+    s->evaluations += wanted < lanes ? wanted : lanes;
     if (!lost)
         return OUTCOME_DONE;
     const struct mark mark = s->arena->top;
     double *lambda = TAKE(s->arena, double, m->rows);
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     for (int l = 0; l < lanes && !outcome; l++) {
-        if (!(lost >> l & 1))
+        if (!(lost >> l & 1) || l >= wanted)
             continue;
         take(n, lanes, l, q, one);
         take(n, lanes, l, u, one + n);

@@ -5,9 +5,10 @@
 #include "model/system.h"
 
 /* u_dot of model->lanes states side by side, value i of lane l of t, q, u and u_dot at [i * lanes + l]; lanes that
- * lose rank take the robust path one by one. Numbers that are not finite are left to the caller. `scratch` has
+ * lose rank take the robust path one by one. The first `wanted` are states, and count as evaluations; what fills the other lanes is left
+ * as it is found. Numbers that are not finite are left to the caller. `scratch` has
  * lanes_scratch(s) numbers. */
-enum outcome system_acceleration_lanes(struct system *s, const double *t, const double *q, const double *u,
+enum outcome system_acceleration_lanes(struct system *s, int wanted, const double *t, const double *q, const double *u,
                                        double *u_dot, double *scratch);
 size_t lanes_scratch(const struct system *s);
 

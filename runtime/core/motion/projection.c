@@ -9,6 +9,7 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/onto_branch.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 #include "model/contacts.h"
@@ -130,4 +131,12 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
 end:
     give_back(s->arena, mark);
     return outcome;
+}
+
+enum outcome project_state(struct system *s, double *q, double *u)
+{
+    if (follows_at(s, q))
+        return put_onto_branch(s, q, u);
+    const enum outcome outcome = project_position(s, q);
+    return outcome ? outcome : project_velocity(s, q, u);
 }

@@ -9,4 +9,7 @@
 enum outcome project_position(struct system *s, double *q);
 enum outcome project_velocity(struct system *s, const double *q, double *u);
 
+/* Both; along the system's branch where it follows one */
+enum outcome project_state(struct system *s, double *q, double *u);
+
 #endif

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "methods/gauss.h"
 #include "motion/derivative.h"
@@ -79,4 +80,24 @@ enum outcome come_beside_singularity(struct phase *f, double t)
         if ((outcome = begin_before(f, f->t + f->h)))
             return outcome;
     }
+}
+
+int comes_near_singularity(struct phase *f, const double *end)
+{
+    double part;
+    const int rank = f->s->model->rows;
+    if (!f->branch.chart || !projects(f))
+        return 0;
+    if (nearest_part(f, end, 1.0, &part))
+        return 1;
+    f->at.widest = fmax(closure_margin(f->s, f->y, rank), closure_margin(f->s, end, rank));
+    return is_beside_place(f, f->y) || is_beside_place(f, end);
+}
+
+enum outcome look_along_branch(struct phase *f, double t)
+{
+    const enum outcome outcome = follow_branch(f);
+    if (outcome)
+        return outcome;
+    return f->s->branch ? advance_to(f, t) : OUTCOME_NOT_CLOSED;
 }

@@ -16,4 +16,10 @@ enum outcome come_beside_singularity(struct phase *f, double t);
 /* or if not, at a time from which the step does not pass f->place: stages lie on the closure. */
 enum outcome come_clear_of_singularity(struct phase *f, double t);
 
+/* Whether the step of length f->h to end[2n] comes near a configuration where rows are dependent */
+int comes_near_singularity(struct phase *f, const double *end);
+
+/* The state at t, along the branch of the motion; NOT_CLOSED where there is none */
+enum outcome look_along_branch(struct phase *f, double t);
+
 #endif

@@ -20,8 +20,9 @@
 #include "model/scales.h"
 
 enum {
-    SHORTER = 60, /* shorter steps in search of an early event */
-    CRAWLS = 20   /* steps in a row that move nothing, before what they might be stuck at is looked at */
+    SHORTER = 60,  /* shorter steps in search of an early event */
+    LARGEST = 256, /* coordinates of what follows branches: its memory goes as their square */
+    CRAWLS = 20    /* steps in a row that move nothing, before what they might be stuck at is looked at */
 };
 
 int take_phase(struct phase *f)
@@ -37,6 +38,10 @@ int take_phase(struct phase *f)
     f->dy1 = TAKE_ZEROS(arena, double, size);
     f->scratch = TAKE_ZEROS(arena, double, method->scratch(s)); /* a method finds zeros */
     f->passing = passes ? TAKE_ZEROS(arena, double, gauss.scratch(s)) : NULL;
+    f->branch.chart = NULL;
+    if (s->model->rows && s->model->stages && s->n <= LARGEST && f->run->tolerance.rtol >= INTERPOLATED &&
+        take_branch(arena, s->model, &f->branch))
+        return 1;
     f->kept = TAKE_ZEROS(arena, double, memory_size(method, s));
     f->peak = TAKE_ZEROS(arena, double, c);
     f->gaps = TAKE_ZEROS(arena, double, c);
@@ -156,8 +161,16 @@ static enum outcome begin_phase(struct phase *f)
 {
     const struct run *run = f->run;
     enum outcome outcome = begin_sides(f);
-    if (!outcome)
-        outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
+    const int beside = f->at.follows || !f->run->steps; /* where the phase before has ended, or unknown */
+    f->at.follows = 0;
+    if (!outcome && f->at.gap_uncertainty > 0.0)
+        outcome = leave_singularity(f);
+    else {
+        outcome = outcome || !beside ? outcome : follow_if_beside(f);
+        if (outcome == OUTCOME_NO_BRANCH && (f->run->steps || f->run->events))
+            outcome = OUTCOME_DONE; /* what rounding and impacts make of a motion is no fault of its start */
+        outcome = outcome || f->s->branch ? outcome : evaluate_derivative(f);
+    }
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = f->at.cuts = 0;
     f->at.place = NAN;
@@ -433,6 +446,7 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
     }
     f->h = f->at.next;
     f->at.under_way &= event->contact < 0;
+    f->s->branch = NULL; /* what is asked between phases is asked of the closure as it is */
     return outcome;
 }
 

@@ -193,6 +193,14 @@ int leads_to_singularity(struct phase *f)
     return after < before && before < LOOK_AHEAD * times_as_long(f) * (before - after);
 }
 
+int ends_near_dependence(struct phase *f)
+{
+    struct system *s = f->s;
+    if (!f->branch.chart || !projects(f) || !(MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate))
+        return 0;
+    return is_beside_place(f, f->y1);
+}
+
 void take_over(struct phase *f, double own)
 {
     f->at.own = own;

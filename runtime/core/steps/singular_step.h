@@ -17,6 +17,9 @@ int begins_beside_singularity(struct phase *f);
 /* or for where the step to y1 leads */
 int leads_to_singularity(struct phase *f);
 
+/* whether rows are so near to dependence at the end of the step that a branch is followed there */
+int ends_near_dependence(struct phase *f);
+
 /* a step by collocation in place of one of length f->h by the run's own method, which would take one of length `own` next */
 void take_over(struct phase *f, double own);
 

@@ -7,6 +7,7 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
+#include "constraints/onto_branch.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
@@ -82,8 +83,7 @@ enum outcome project_step_end(struct phase *f)
         place[d] = driven(m, d, f->y1);
         speed[d] = driven(m, d, f->y1 + n);
     }
-    outcome = outcome ? outcome : project_position(f->s, f->y1);
-    outcome = outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + n);
+    outcome = outcome ? outcome : project_state(f->s, f->y1, f->y1 + n);
     outcome = outcome ? outcome : check_driven(f, place, speed);
     give_back(f->s->arena, mark);
     return outcome;
@@ -95,9 +95,84 @@ static int guided(const struct phase *f)
     return f->at.passage == BEFORE || f->at.passage == ACROSS;
 }
 
+enum outcome take_closure(struct phase *f)
+{
+    leave_branch(f);
+    return f->branch.begins.margin < BRIDGED ? evaluate_derivative(f) : OUTCOME_DONE;
+}
+
+enum outcome follow_branch(struct phase *f)
+{
+    struct system *s = f->s;
+    s->branch = NULL;
+    f->at.follows = 0;
+    enum outcome outcome = begin_branch(s, &f->branch, f->y, f->y + s->n);
+    if (outcome)
+        return outcome;
+    s->branch = &f->branch;
+    f->at.follows = 1;
+    f->at.passage = FREE;
+    f->at.place = NAN;
+    if (f->branch.begins.margin < BRIDGED) {
+        outcome = evaluate_derivative(f);
+        if (outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY)
+            outcome = take_closure(f) == OUTCOME_INTERRUPTED ? OUTCOME_INTERRUPTED : OUTCOME_NOT_CLOSED;
+    }
+    return outcome;
+}
+
+int is_beside_place(struct phase *f, const double *y)
+{
+    const int rank = f->branch.rank ? f->branch.rank : f->s->model->rows;
+    const double margin = closure_margin(f->s, y, rank), seen = f->at.widest;
+    f->at.widest = fmax(seen, margin);
+    return margin < BRIDGED && margin < (seen > 0.0 ? SIGMA_DROP_COARSE * f->at.widest : SIGMA_DROP * BRIDGED);
+}
+
+enum outcome follow_if_beside(struct phase *f)
+{
+    leave_branch(f);
+    if (!f->branch.chart || !is_beside_place(f, f->y))
+        return OUTCOME_DONE;
+    const enum outcome outcome = follow_branch(f);
+    if (f->branch.begins.margin >= BRIDGED) /* rows that depend everywhere */
+        leave_branch(f);
+    return outcome == OUTCOME_NOT_CLOSED ? OUTCOME_DONE : outcome;
+}
+
+/* Whether no branch is told, and the closure as it is has to do */
+static int none_told(enum outcome outcome)
+{
+    return outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
+}
+
+enum outcome keep_following(struct phase *f)
+{
+    f->s->branch = NULL;
+    if (!f->at.follows || !f->branch.chart) {
+        leave_branch(f);
+        return OUTCOME_DONE;
+    }
+    if (closure_margin(f->s, f->y, f->branch.rank) >=
+        BRIDGED) { /* a step that comes there again is found as the first was */
+        leave_branch(f);
+        return OUTCOME_DONE;
+    }
+    const enum outcome outcome = follow_branch(f);
+    return none_told(outcome) ? OUTCOME_DONE : outcome;
+}
+
+void leave_branch(struct phase *f)
+{
+    f->s->branch = NULL;
+    f->at.follows = 0;
+}
+
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int other = f->at.passage != FREE && f->passing && !active_count(f->s);
+    const int follows = f->s->branch != NULL;
+    const int other =
+        f->passing && !active_count(f->s) && (f->at.passage != FREE || (follows && f->run->method->damps));
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -105,7 +180,9 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
         if (f->run->method->restart)
             f->run->method->restart(f->scratch, f->s->size);
     }
-    f->s->projects_stages = guided(f);
+    f->s->projects_stages = guided(f) || follows;
+    if (follows)
+        rewind_branch(&f->branch);
     const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
     f->s->projects_stages = 0;
     return outcome;
@@ -134,7 +211,7 @@ double missed_velocity(const struct phase *f)
 static struct tolerance tolerance_of(const struct phase *f)
 {
     struct tolerance tolerance = f->run->tolerance;
-    if (f->by == &gauss && guided(f)) {
+    if (f->by == &gauss && (guided(f) || f->s->branch)) {
         tolerance.rtol *= GUIDED;
         tolerance.atol *= GUIDED;
     }
@@ -156,12 +233,23 @@ enum outcome step_error(struct phase *f, double *error)
         return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
     int count;
     double *estimates = method->estimates(f->steps, size, &count);
-    for (int i = 0; i < 2 * count; i++) { /* of the coordinates, then of the velocities */
-        const enum outcome outcome = project_velocity(f->s, f->y1, estimates + (size_t)(i / 2) * size + i % 2 * n);
-        if (outcome)
-            return outcome;
+    const struct mark mark = f->s->arena->top;
+    double *there = TAKE(f->s->arena, double, 2 * (size_t)n);
+    enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome)
+        memcpy(there, f->y1, 2 * (size_t)n * sizeof *there);
+    const int follows = !outcome && follows_at(f->s, there);
+    if (follows)
+        outcome = put_onto_branch(f->s, there, there + n);
+    for (int i = 0; i < 2 * count && !outcome; i++) { /* of the coordinates, then of the velocities */
+        double *estimate = estimates + (size_t)(i / 2) * size + i % 2 * n;
+        outcome =
+            follows ? keep_velocities_along_branch(f->s, there, estimate) : project_velocity(f->s, there, estimate);
     }
-    const double left = f->at.passage == ACROSS ? 0.0 : BELIEVED * *error;
+    give_back(f->s->arena, mark);
+    if (outcome)
+        return outcome;
+    const double left = f->at.passage == ACROSS || f->s->branch ? 0.0 : BELIEVED * *error;
     *error = fmax(left, method->measure(f->steps, size, tolerance, f->y, f->y1));
     return OUTCOME_DONE;
 }

@@ -3,6 +3,7 @@
 #define CCGEN_STEP_H
 
 #include "constraints/active_set.h"
+#include "constraints/branch.h"
 #include "record/run.h"
 #include "steps/event_search.h"
 
@@ -30,6 +31,8 @@ struct progress {
     double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
     double own;                        /* length of the step there that the run's own method would have taken */
     enum passage passage;              /* how the step lies to it */
+    double widest;                     /* the farthest from dependence that rows have been seen, or 0 */
+    int follows;                       /* whether the motion follows a branch of the closure, that of the phase */
     int nearer;                        /* whether a step was taken up to it for what the energy told of one past it */
     int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
@@ -45,6 +48,7 @@ struct phase {
     double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
     double *scratch;           /* of the run's method, */
     double *passing;           /* and of the one that passes singular configurations for it, or NULL */
+    struct branch branch;      /* of the closure, that the motion follows past a singular configuration */
     const struct method *by;   /* that took the last step, */
     double *steps;             /* and its scratch */
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
@@ -91,6 +95,19 @@ double unknown_velocity(const struct phase *f);
 /* and what a step there may miss for it: none ends with less than it began with, and shorter ones, which end nearer to the configuration, end
  * with more */
 double missed_velocity(const struct phase *f);
+
+/* Have the motion follow the branch of the closure on which it is, from the state at t on: always, where rows are nearly dependent, or where they are, if it has. Its derivative is then that along the branch. It does not where no branch can be told. */
+enum outcome follow_branch(struct phase *f);
+
+/* Whether rows are so near to dependence in state y that a branch is followed there: near in itself, and beside what they are elsewhere */
+int is_beside_place(struct phase *f, const double *y);
+
+enum outcome follow_if_beside(struct phase *f);
+enum outcome keep_following(struct phase *f);
+
+/* Have it follow none; in the second, where its derivative was that along a branch, with that of the closure as it is. */
+void leave_branch(struct phase *f);
+enum outcome take_closure(struct phase *f);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
  * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere

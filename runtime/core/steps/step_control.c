@@ -72,6 +72,9 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_step_end(f);
+    *again = *over = 0;
+    if (f->s->branch)
+        return *error <= 1.0 ? back : OUTCOME_DONE;
     *again = f->at.passage == FREE || f->at.passage == ABOUT ? crosses_singularity(f, back, *error, end)
                                                              : !back && *error <= 1.0 && misplaced(f, end);
     *over = !*again && !back && leads_to_singularity(f);
@@ -134,63 +137,130 @@ static enum outcome check_end(struct phase *f, double error)
     return f->run->fixed_step > 0.0 && breaks_energy(f) ? OUTCOME_NOT_KEPT : OUTCOME_DONE;
 }
 
+/* Follow the branch of the motion from here, unless that is known to lead nowhere: *leaves. */
+static enum outcome try_to_follow(struct phase *f, int *leaves)
+{
+    if (*leaves || f->run->fixed_step > 0.0 || !f->branch.chart)
+        return OUTCOME_DONE;
+    const enum outcome outcome = follow_branch(f);
+    *leaves = outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
+    return *leaves ? OUTCOME_DONE : outcome;
+}
+
+/* What the tries of a step have come to */
+struct tries {
+    double allowed, whole; /* length that the step may have, and of this try */
+    int refused, again, missed, tried;
+    int leaves;             /* whether no branch passes */
+    enum passage elsewhere; /* how steps are taken away from a known place */
+};
+
+/* Begin a try: how it is taken, by its length; *ends where the step is taken already, cut off past a place. */
+static enum outcome begin_step(struct phase *f, struct tries *now, int *ends)
+{
+    *ends = 0;
+    if (!f->s->branch && now->elsewhere == FREE && begins_beside_singularity(f)) {
+        const enum outcome outcome = try_to_follow(f, &now->leaves);
+        if (outcome)
+            return outcome;
+        if (!f->s->branch)
+            now->elsewhere = ABOUT;
+        if (!f->s->branch || f->run->method->damps)
+            take_over(f, f->h);
+    }
+    now->whole = f->h;
+    if (f->s->branch)
+        return OUTCOME_DONE;
+    const enum outcome outcome = now->tried ? OUTCOME_DONE : cut_off(f, now->allowed, &now->tried, ends);
+    if (!outcome && !*ends && f->h == now->whole)
+        place_about_singularity(f, now->elsewhere);
+    return outcome;
+}
+
+/* Put the end of a step back; *anew where the step is to be taken again for the place that it passes: along the branch of the motion, or, where none is told, placed about
+ * it. */
+static enum outcome end_step(struct phase *f, double *error, struct tries *now, int *anew)
+{
+    int places, over;
+    const enum outcome back = project_and_place(f, error, &places, &over);
+    const double own = now->whole * (*error > 1.0 ? shorter(f, *error) : 1.0);
+    *anew = 0;
+    if (!now->leaves && !f->s->branch && (places || over || ends_near_dependence(f))) {
+        const enum outcome outcome = try_to_follow(f, &now->leaves);
+        *anew = f->s->branch != NULL;
+        if (outcome || *anew) {
+            f->h = now->whole;
+            if (*anew && f->passing && f->run->method->damps && !active_count(f->s))
+                take_over(f, own);
+            return outcome;
+        }
+    }
+    *anew = (places || over) && now->again++ < AGAIN;
+    if (!*anew)
+        return back;
+    if (f->at.passage == FREE)
+        f->at.own = own;
+    f->h = now->whole;
+    if (over) {
+        now->elsewhere = ABOUT;
+        take_over(f, own);
+    }
+    return OUTCOME_DONE;
+}
+
+/* The step is accepted: how long the next may be */
+static void accept(struct phase *f, double error, const struct tries *now, double *next)
+{
+    const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
+    *next = f->h * fmin(fmax(change, LEAST_CHANGE), now->refused ? 1.0 : LARGEST_CHANGE);
+    if (f->at.passage == BEFORE)
+        *next = fmax(*next, now->tried ? fmax(now->allowed, now->whole) : now->whole);
+    else
+        f->at.nearer = f->at.cuts = 0;
+    f->run->steps++;
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    const double allowed = *next;
-    int refused = 0, again = 0, missed = 0, tried = 0;
-    enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
-    for (;;) {
+    enum outcome outcome = keep_following(f);
+    struct tries now = {.allowed = *next,
+                        .elsewhere = !outcome && !f->s->branch && keeps_collocation(f) ? ABOUT : FREE};
+    while (!outcome) {
         double error = 0.0;
-        if (elsewhere == FREE && begins_beside_singularity(f)) {
-            elsewhere = ABOUT;
-            take_over(f, f->h);
-        }
-        const double whole = f->h;
-        int ends = 0;
-        enum outcome outcome = tried ? OUTCOME_DONE : cut_off(f, allowed, &tried, &ends);
+        int ends, anew = 0;
+        outcome = begin_step(f, &now, &ends);
         if (ends || outcome)
             return outcome;
-        if (f->h == whole)
-            place_about_singularity(f, elsewhere);
         outcome = measured_step(f, &error);
-        if (!outcome && isfinite(error)) {
-            int anew, over;
-            outcome = project_and_place(f, &error, &anew, &over);
-            if ((anew || over) && again++ < AGAIN) {
-                const double own = whole * (error > 1.0 ? shorter(f, error) : 1.0);
-                if (f->at.passage == FREE)
-                    f->at.own = own;
-                f->h = whole;
-                if (over) {
-                    elsewhere = ABOUT;
-                    take_over(f, own);
-                }
-                continue;
-            }
+        if (outcome == OUTCOME_NOT_CLOSED && f->s->branch) {
+            outcome = take_closure(f);
+            now.leaves = 1;
+            f->h = now.whole;
+            continue;
         }
+        if (!outcome && isfinite(error))
+            outcome = end_step(f, &error, &now, &anew);
+        if (!outcome && anew)
+            continue;
         outcome = outcome ? outcome : check_end(f, error);
         if (!outcome && error <= 1.0)
-            outcome = hold_to_energy(f, &error, &missed);
+            outcome = hold_to_energy(f, &error, &now.missed);
         if (!outcome && error <= 1.0) {
-            const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
-            *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
-            if (f->at.passage == BEFORE)
-                *next = fmax(*next, tried ? fmax(allowed, whole) : whole);
-            else
-                f->at.nearer = f->at.cuts = 0;
-            run->steps++;
+            accept(f, error, &now, next);
             return OUTCOME_DONE;
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
-        refused = 1;
+        now.refused = 1;
         f->at.bounded = 0;
         run->rejected++;
         f->h *= outcome || !isfinite(error) ? LEAST_CHANGE : shorter(f, error);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
+        outcome = OUTCOME_DONE;
     }
+    return outcome;
 }
 
 /* y1 at the time `until`, by as many steps as the tolerance asks for */
@@ -227,5 +297,9 @@ int goes_in_one(const struct phase *f)
 
 enum outcome advance_to(struct phase *f, double until)
 {
-    return until < f->t || goes_in_one(f) ? projected_step(f, until - f->t) : integrate_to(f, until);
+    enum outcome outcome = f->s->branch ? OUTCOME_DONE : follow_if_beside(f);
+    if (!outcome || outcome == OUTCOME_NO_BRANCH)
+        outcome = until < f->t || goes_in_one(f) ? projected_step(f, until - f->t) : integrate_to(f, until);
+    leave_branch(f);
+    return outcome;
 }

@@ -138,7 +138,7 @@ enum outcome return_to_energy(struct phase *f, double h, double *excess)
 
 /* Step of length h, put back onto the closure whatever its error. What a method iterates goes to rounding, so that y1 is a smooth
  * function of h: landing on an event needs that. */
-enum outcome projected_step(struct phase *f, double h)
+static enum outcome step_put_back(struct phase *f, double h)
 {
     const struct tolerance tolerance = f->run->tolerance,
                            little = {ITERATED * tolerance.rtol, ITERATED * tolerance.atol, tolerance.unit};
@@ -150,7 +150,21 @@ enum outcome projected_step(struct phase *f, double h)
         outcome = outcome ? outcome : step_error(f, &error);
         outcome = outcome || error <= 1.0 ? outcome : OUTCOME_NO_CONVERGENCE;
     }
-    outcome = outcome ? outcome : project_step_end(f);
+    return outcome ? outcome : project_step_end(f);
+}
+
+enum outcome projected_step(struct phase *f, double h)
+{
+    enum outcome outcome = step_put_back(f, h);
+    if (!outcome && f->at.passage == FREE && f->run->fixed_step == 0.0 && !f->s->branch && ends_near_dependence(f)) {
+        outcome = follow_branch(f); /* it was to end elsewhere, where nothing told of the place */
+        if (f->s->branch && !outcome)
+            outcome = step_put_back(f, h);
+        if (outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH) {
+            outcome = take_closure(f);
+            outcome = outcome ? outcome : step_put_back(f, h);
+        }
+    }
     double excess;
     return outcome ? outcome : return_to_energy(f, h, &excess);
 }

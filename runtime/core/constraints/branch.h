@@ -1,0 +1,32 @@
+/* The branch of closed configurations on which a motion passes a place where closure rows are dependent; see branch.c. */
+#ifndef CCGEN_BRANCH_H
+#define CCGEN_BRANCH_H
+
+#include "constraints/chart.h"
+
+/* Room for a branch of a model; 0, or 1 when memory runs out */
+int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch *b);
+
+/* Have the chart begin at a state. NOT_CLOSED where rows are dependent there, and the velocities do not say which branch it is; NO_BRANCH where they are those of none. */
+enum outcome begin_branch(struct system *s, struct branch *b, const double *q, const double *u);
+
+/* What is asked for next lies near the beginning of the chart again. */
+void rewind_branch(struct branch *b);
+
+/* The last configuration is that at y[freedom]. NOT_CLOSED where no branch passes there. */
+enum outcome lift_branch(struct system *s, struct branch *b, const double *y);
+
+/* Whether the system follows a branch at q[n]: not so far from the place that the closure as it is tells all */
+int follows_at(const struct system *s, const double *q);
+
+/* Whether the state is the one that was put onto the system's branch last, or a configuration its configuration */
+int is_on_branch(const struct system *s, const double *q, const double *u);
+int is_place_on_branch(const struct system *s, const double *q);
+
+/* T[freedom][n], tangents of the branch there, in units of the coordinates */
+const double *branch_tangents(const struct branch *b);
+
+/* a[n]: accelerations of the state that was put onto the branch last, with rates in the chart that stay as they are */
+enum outcome branch_bias(struct system *s, double *a);
+
+#endif
