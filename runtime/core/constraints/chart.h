@@ -14,11 +14,11 @@ struct branch_place {
 
 /* The branch as a graph over its tangents at one place: y = T0 (q - q0), with q in units of the coordinates. */
 struct branch {
-    int rank,
-        freedom;   /* rows that count beside places where fewer do, 0 as long as that is not known, and n less that */
-    double *chart; /* [freedom][n] T0, orthonormal */
-    struct branch_place begins,
-        known; /* where the chart begins, and whence to go on: from there, or where all rows count well */
+    int rank;                   /* rows that count beside places where fewer do, 0 as long as that is not known, */
+    int freedom;                /* and n less that */
+    double *chart;              /* [freedom][n] T0, orthonormal */
+    struct branch_place begins; /* where the chart begins, */
+    struct branch_place known;  /* and whence to go on: from there, or where all rows count well */
     struct branch_place nodes[BRANCH_NODES];
     double *node_bias;        /* [BRANCH_NODES][n] accelerations there, in units, at the rate 1 of a single freedom, */
     int biased;               /* if they are known */

@@ -17,12 +17,6 @@
 enum { CORRECTIONS = 12 };
 static const double FARTHEST = 0.5; /* the longest correction of a place for driven joints and held contacts */
 
-static double driven_by(const struct ccgen_model *m, int d, const double *x)
-{
-    const int second = m->driven[2 * d + 1];
-    return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
-}
-
 /* What driven joints and held contacts miss at the last configuration, given[drives] being where the first are to be: miss[], by lengths of rows g[][n]; and the
  * way[freedom] that takes it away, the shortest */
 static double find_correction(struct system *s, struct branch *b, const double *given, double *q, double *way)

@@ -211,7 +211,7 @@ double along_ray(const struct branch *b, const double *y)
 
 enum outcome bridge(struct system *s, struct branch *b, struct closed *c, const double *y)
 {
-    const int n = s->n, d = b->freedom;
+    const int d = b->freedom;
     struct crossing x = {.e = TAKE(s->arena, double, d)};
     double width = b->width > 0.0 ? b->width : WIDEST, miss = INFINITY, best = INFINITY;
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : find_crossing(s, b, c, &x);
@@ -249,7 +249,6 @@ enum outcome bridge(struct system *s, struct branch *b, struct closed *c, const 
     b->known.margin = to.margin;
     if (!outcome)
         copy_place(s, b, &b->known, &b->last);
-    (void)n;
     b->inside = 0;
     return outcome;
 }

@@ -68,3 +68,9 @@ void scaled_other_rows(struct system *s, const double *q, int held, const double
         length[j] = fmax(length[j], DBL_MIN);
     divide_by_lengths(n, rows, length, g);
 }
+
+double driven_by(const struct ccgen_model *m, int d, const double *x)
+{
+    const int second = m->driven[2 * d + 1];
+    return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
+}

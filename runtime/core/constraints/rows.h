@@ -12,4 +12,7 @@ void scaled_closure_rows(const struct system *s, const double *q, double *g, dou
 void scaled_other_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
                        double *g, double *length, double *right);
 
+/* Where driven joint d is or, of velocities x[n], how fast it moves */
+double driven_by(const struct ccgen_model *m, int d, const double *x);
+
 #endif

@@ -8,6 +8,7 @@
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "constraints/onto_branch.h"
+#include "constraints/rows.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
@@ -48,13 +49,6 @@ int projects(const struct phase *f)
     return active_count(f->s) || (f->s->model->rows && f->s->projects_steps);
 }
 
-/* Where driven joint d is or, of velocities x, how fast it moves */
-static double driven(const struct ccgen_model *m, int d, const double *x)
-{
-    const int second = m->driven[2 * d + 1];
-    return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
-}
-
 /* Whether driven joints are at place[drives] and have speed[drives] still */
 static enum outcome check_driven(const struct phase *f, const double *place, const double *speed)
 {
@@ -64,8 +58,8 @@ static enum outcome check_driven(const struct phase *f, const double *place, con
     for (int d = 0; d < m->drives; d++)
         fast = fmax(fast, fabs(speed[d]) / unit_of_speed[m->driven[2 * d]]);
     for (int d = 0; d < m->drives; d++)
-        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * unit[m->driven[2 * d]] ||
-            fabs(driven(m, d, f->y1 + f->s->n) - speed[d]) > DRIVEN * fast * unit_of_speed[m->driven[2 * d]])
+        if (fabs(driven_by(m, d, f->y1) - place[d]) > DRIVEN * unit[m->driven[2 * d]] ||
+            fabs(driven_by(m, d, f->y1 + f->s->n) - speed[d]) > DRIVEN * fast * unit_of_speed[m->driven[2 * d]])
             return OUTCOME_NOT_CLOSED;
     return OUTCOME_DONE;
 }
@@ -80,8 +74,8 @@ enum outcome project_step_end(struct phase *f)
     double *place = TAKE(f->s->arena, double, m->drives), *speed = TAKE(f->s->arena, double, m->drives);
     enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     for (int d = 0; d < m->drives && !outcome; d++) {
-        place[d] = driven(m, d, f->y1);
-        speed[d] = driven(m, d, f->y1 + n);
+        place[d] = driven_by(m, d, f->y1);
+        speed[d] = driven_by(m, d, f->y1 + n);
     }
     outcome = outcome ? outcome : project_state(f->s, f->y1, f->y1 + n);
     outcome = outcome ? outcome : check_driven(f, place, speed);
