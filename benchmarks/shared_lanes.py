@@ -40,7 +40,8 @@ def main() -> None:
     model = load_model(generate(loop(6, gravity=True), out=WORK / "models"))
     lanes = model.kernels.lanes
     flags = ["-O2", "-march=native", "-fno-math-errno", "-Wno-psabi", f"-DLANES={lanes}"]
-    includes = ["-I", str(ROOT / "runtime"), "-I", str(ROOT / "runtime" / "core" / "methods")]
+    core = ROOT / "runtime" / "core"
+    includes = [f"-I{folder}" for folder in (core.parent, core, core / "methods")]
     compile_shared(ROOT / "benchmarks" / "shared_lanes.c", [*flags, *includes], WORK / "shared_lanes.so")
     library = ctypes.CDLL(str(WORK / "shared_lanes.so"))
     library.fly.restype = ctypes.c_double

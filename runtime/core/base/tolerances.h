@@ -99,6 +99,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(TELLS_BRANCH, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
       "velocities along which dependent rows come back by less of their speed tell no branch", \
       "differences of rows over the third root of rounding are known to its square, 4e-11: four digits of the branch are left") \
+    X(HEADED, CCGEN_LIMIT(1e-4, 6e-2), OF_RELATIVE, \
+      "of its distance from a place at which no branches cross a motion misses it by less if it goes through", \
+      "motions bend by their distance on the way there, which is 1e-5 where it is asked (TELLS_TANGENTS): ten times that") \
     X(REFINED_ENOUGH, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "a last correction that is less is rounding", \
       "some thousand roundings of the unreduced equations") \
@@ -480,6 +483,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CONSISTENT, PASSES_LAW) \
     X(KNOWN_ALONG, NO_BRANCH) \
     X(TELLS_TANGENTS, BRIDGED) \
+    X(TELLS_TANGENTS, HEADED) \
     X(SIGMA_DROP, SIGMA_DROP_COARSE) \
     X(ENERGY_ADDED, ENERGY_ASTRAY) \
     X(ENERGY_ADDED, ENERGY_JUMPED)

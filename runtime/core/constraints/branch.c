@@ -18,11 +18,14 @@
 #include "algebra/orthogonal.h"
 #include "base/tolerances.h"
 #include "constraints/crossing.h"
+#include "constraints/place.h"
 #include "constraints/rows.h"
 #include "constraints/ray.h"
 
 static const double FARTHEST_STATE = 10.0; /* the longest way from the beginning of the chart */
 static const double CLEAR = 2.0; /* times as far from the place as what is interpolated the closure is taken as it is */
+static const double STEEPEST = 4.0; /* the longest tangent in the chart, for a branch that turns */
+enum { MOST_PIECES = 16 };          /* of a way in the chart along such a branch */
 static const double OFF_BRANCH =
     0.01; /* what of velocities may lie across the branch that they tell, as part of what tells it */
 
@@ -32,9 +35,12 @@ int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch 
     *b = (struct branch){0};
     b->chart = TAKE(arena, double, (n * n));
     b->ray = TAKE(arena, double, n);
+    b->through = TAKE(arena, double, n);
     b->middle = TAKE(arena, double, n);
     b->reference = TAKE(arena, double, n);
     b->state = TAKE(arena, double, 2 * n);
+    b->place = TAKE_ZEROS(arena, double, n);
+    b->offset = TAKE_ZEROS(arena, double, m->rows);
     b->node_bias = TAKE(arena, double, BRANCH_NODES *n);
     for (int i = 0; i < BRANCH_NODES; i++)
         take_place(arena, n, &b->nodes[i]);
@@ -61,6 +67,61 @@ static void start_from_nearest(const struct system *s, struct branch *b, const d
         copy_place(s, b, end, &b->known);
 }
 
+/* Whether the place is on the sheet on which the chart begins, and not too far turned against it */
+static int lies_before_turn(const struct system *s, const struct branch *b, const struct branch_place *p)
+{
+    double most = 0.0;
+    for (int i = 0; i < b->freedom; i++)
+        most = fmax(most, dot(s->n, p->T + (size_t)i * s->n, p->T + (size_t)i * s->n));
+    return most < STEEPEST * STEEPEST && p->turn * b->begins.turn >= 0;
+}
+
+/* The configuration at y of a branch that passes its place by, from the last known one on; NOT_CLOSED where the branch turns back before */
+static enum outcome pass_by(struct system *s, struct branch *b, struct closed *c, const double *y)
+{
+    const int n = s->n, d = b->freedom;
+    const struct mark mark = s->arena->top;
+    struct branch_place from;
+    enum outcome outcome = take_place(s->arena, n, &from) ? OUTCOME_NO_MEMORY : OUTCOME_NOT_CLOSED;
+    for (int pieces = 1; pieces <= MOST_PIECES && outcome == OUTCOME_NOT_CLOSED; pieces *= 4) {
+        copy_place(s, b, &b->known, &from);
+        outcome = OUTCOME_DONE;
+        for (int k = 1; k <= pieces && !outcome; k++) {
+            for (int i = 0; i < d; i++)
+                b->last.y[i] = k == pieces ? y[i] : b->known.y[i] + (y[i] - b->known.y[i]) * k / pieces;
+            predict(n, d, &from, &b->last);
+            outcome = close_at(s, b, c, &b->last);
+            if (!outcome && !lies_before_turn(s, b, &b->last))
+                outcome = OUTCOME_NOT_CLOSED;
+            if (!outcome)
+                copy_place(s, b, &b->last, &from);
+        }
+    }
+    if (!outcome)
+        copy_place(s, b, &b->last, &b->known);
+    b->inside = 0;
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+/* The configuration at y, of a motion that comes to a place at last */
+static enum outcome come_to_place(struct system *s, struct branch *b, struct closed *c, const double *y)
+{
+    enum outcome outcome = b->kind == UNDECIDED ? find_place(s, b, c, b->known.q) : OUTCOME_DONE;
+    if (!outcome && b->kind != PASSES_BY) {
+        outcome = bridge(s, b, c, y);
+        if (outcome != OUTCOME_NOT_CLOSED ||
+            b->comes_back > 0.0) { /* what goes through a place may be tried beside it */
+            b->kind = outcome ? b->kind : CROSSES;
+            return outcome;
+        }
+        outcome = OUTCOME_DONE;
+        b->kind = PASSES_BY; /* no place that rays through it tell */
+        b->sampled = 0;
+    }
+    return outcome ? outcome : pass_by(s, b, c, y);
+}
+
 enum outcome lift_branch(struct system *s, struct branch *b, const double *y)
 {
     const int n = s->n, d = b->freedom;
@@ -73,6 +134,10 @@ enum outcome lift_branch(struct system *s, struct branch *b, const double *y)
         outcome = OUTCOME_NOT_CLOSED;
     if (!outcome && b->sampled && d == 1 && fabs(along_ray(b, y)) < b->half) {
         interpolate(s, b, y, along_ray(b, y) / b->half);
+        goto end;
+    }
+    if (!outcome && b->kind == PASSES_BY) {
+        outcome = pass_by(s, b, &c, y);
         goto end;
     }
     if (!outcome && b->sampled)
@@ -97,7 +162,7 @@ enum outcome lift_branch(struct system *s, struct branch *b, const double *y)
             goto end;
         }
     }
-    outcome = outcome ? outcome : bridge(s, b, &c, y);
+    outcome = outcome ? outcome : come_to_place(s, b, &c, y);
 end:
     give_back(s->arena, mark);
     return outcome;
@@ -105,7 +170,8 @@ end:
 
 void rewind_branch(struct branch *b)
 {
-    if (b->begins.margin >= BRIDGED) /* else the way back across the place is known, and that from there is not */
+    if (b->begins.margin >= BRIDGED ||
+        b->kind == PASSES_BY) /* else the way back across the place is known, and that from there is not */
         b->known.margin = -1.0;
 }
 
@@ -190,44 +256,110 @@ static int rank_beside(struct system *s, struct closed *c, const double *q, cons
     return own;
 }
 
+/* The way of the motion through its place, in the chart */
+static void set_way_through(const struct system *s, struct branch *b, const struct way_through *way)
+{
+    double square = 0.0;
+    b->comes_back = 0.0;
+    if (!(way->turns > 0.0))
+        return;
+    for (int i = 0; i < b->freedom; i++) {
+        b->through[i] = dot(s->n, b->chart + (size_t)i * s->n, way->along);
+        square += b->through[i] * b->through[i];
+    }
+    for (int i = 0; i < b->freedom; i++)
+        b->through[i] /= sqrt(square);
+    b->until = way->until * sqrt(square);
+    b->comes_back = way->turns / sqrt(square);
+}
+
+/* b->rank and b->freedom; NOT_CLOSED where nothing tells a branch */
+static enum outcome find_rank(struct system *s, struct branch *b, struct closed *c, const double *q, const double *u)
+{
+    memcpy(c->q, q, s->n * sizeof *q);
+    int rank = reduce_rows(s, RANK_TOLERANCE, c);
+    const int deficient =
+        rank < s->model->rows || (rank && fabs(c->diagonal[rank - 1]) < BRIDGED * fabs(c->diagonal[0]));
+    if (!rank || (deficient && !(fastest(s, u) * s->time > REST_SPEED))) /* what stands tells no branch */
+        return OUTCOME_NOT_CLOSED;
+    if (!b->rank && deficient)
+        rank = rank_beside(s, c, q, u, rank);
+    b->rank = rank > b->rank ? rank : b->rank;
+    b->freedom = s->n - b->rank;
+    return OUTCOME_DONE;
+}
+
+/* How many rows count at q[n], and how near to dependence they are there; factorised in c */
+static int reduce_at(struct system *s, const struct branch *b, const double *q, struct closed *c, double *margin)
+{
+    memcpy(c->q, q, s->n * sizeof *q);
+    const int rank = reduce_rows(s, 0.0, c);
+    *margin = rank < b->rank ? 0.0 : fabs(c->diagonal[b->rank - 1] / c->diagonal[0]);
+    return rank;
+}
+
+/* What lies near q[n], and the way of the motion through it */
+static enum outcome find_place_of_motion(struct system *s, struct branch *b, struct closed *c, const double *q,
+                                         const double *u, struct way_through *way)
+{
+    enum outcome outcome = OUTCOME_DONE;
+    double margin;
+    const int rank = reduce_at(s, b, q, c, &margin);
+    if (margin >= BRIDGED || !b->placed)
+        forget_place(s, b);
+    else
+        b->kind = PASSES_BY;
+    if (margin < BRIDGED && rank == b->rank && !stays_near_place(s, b, q, margin))
+        outcome = find_place(s, b, c, b->begins.q);
+    if (outcome || b->kind != PASSES_BY || !(margin < TELLS_TANGENTS))
+        return outcome;
+    outcome = find_way_through(s, b, c, b->begins.q, u, way);
+    if (!outcome && way->turns > 0.0)
+        b->kind = CROSSES;
+    return outcome;
+}
+
+/* T0 where rows are reduced, and the way through the place */
+static enum outcome choose_chart(struct system *s, struct branch *b, struct closed *c, int rank, const double *u,
+                                 const struct way_through *way)
+{
+    const double margin = b->begins.margin;
+    enum outcome outcome = OUTCOME_DONE;
+    b->comes_back = 0.0;
+    if (rank < b->rank - 1 || (b->kind == PASSES_BY && margin < RANK_TOLERANCE)) /* they tell no directions */
+        return OUTCOME_NOT_CLOSED;
+    if (b->kind == PASSES_BY || margin > TELLS_TANGENTS)
+        for (int j = 0; j < b->freedom; j++)
+            column_of_factor(s->n, b->rank, c, b->rank + j, b->chart + (size_t)j * s->n);
+    else
+        outcome = tangents_by_motion(s, b, c, u, b->chart);
+    if (!outcome)
+        set_way_through(s, b, way);
+    return outcome;
+}
+
 enum outcome begin_branch(struct system *s, struct branch *b, const double *q, const double *u)
 {
     const int n = s->n;
     const struct mark mark = s->arena->top;
     struct branch widest = {.freedom = n};
     struct closed c;
-    enum outcome outcome = take_closed(s, &widest, &c) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    struct way_through way = {.along = TAKE(s->arena, double, n)};
+    enum outcome outcome = take_closed(s, &widest, &c) ? OUTCOME_NO_MEMORY : find_rank(s, b, &c, q, u);
     if (outcome)
         goto end;
-    memcpy(c.q, q, n * sizeof *q);
-    int rank = reduce_rows(s, RANK_TOLERANCE, &c);
-    double margin = rank ? fabs(c.diagonal[rank - 1] / c.diagonal[0]) : 1.0;
-    const int deficient = margin < BRIDGED || rank < s->model->rows;
-    if (!rank || (deficient && !(fastest(s, u) * s->time > REST_SPEED))) { /* what stands tells no branch */
-        outcome = OUTCOME_NOT_CLOSED;
-        goto end;
-    }
-    if (!b->rank && deficient)
-        rank = rank_beside(s, &c, q, u, rank);
-    b->rank = rank > b->rank ? rank : b->rank;
-    b->freedom = n - b->rank;
-    memcpy(c.q, q, n * sizeof *q);
-    rank = reduce_rows(s, 0.0, &c);
-    margin = rank < b->rank ? 0.0 : fabs(c.diagonal[b->rank - 1] / c.diagonal[0]);
     for (int i = 0; i < n; i++)
         b->begins.q[i] = q[i] / s->unit[i];
     memset(b->begins.y, 0, b->freedom * sizeof *b->begins.y);
-    if (rank < b->rank - 1) /* tells no directions that are about to be lost */
-        outcome = OUTCOME_NOT_CLOSED;
-    else if (margin > TELLS_TANGENTS)
-        for (int j = 0; j < b->freedom; j++)
-            column_of_factor(n, b->rank, &c, b->rank + j, b->chart + (size_t)j * n);
-    else
-        outcome = tangents_by_motion(s, b, &c, u, b->chart);
+    b->sampled = 0;
+    outcome = find_place_of_motion(s, b, &c, q, u, &way);
+    const int rank = reduce_at(s, b, q, &c, &b->begins.margin);
+    outcome = outcome ? outcome : choose_chart(s, b, &c, rank, u, &way);
     memcpy(b->begins.T, b->chart, (size_t)b->freedom * n * sizeof *b->chart);
-    b->begins.margin = margin;
+    b->begins.turn = 0;
+    if (!outcome && b->kind != CROSSES && !factorise_closure(s, b, b->begins.q, &c))
+        b->begins.turn = c.turn;
     copy_place(s, b, &b->begins, &b->known);
-    b->sampled = b->referenced = 0;
     b->width = 0.0;
     memset(b->state, 0xff, 2 * (size_t)n * sizeof *b->state); /* no state: none is NaN */
 end:
@@ -235,10 +367,12 @@ end:
     return outcome;
 }
 
-int follows_at(const struct system *s, const double *q)
+int follows_at(struct system *s, const double *q)
 {
     const struct branch *b = s->branch;
     double along = 0.0;
+    if (b && b->kind == PASSES_BY)
+        return is_place_on_branch(s, q) || closure_margin(s, q, b->rank) < CLEAR * BRIDGED;
     if (!b || !b->sampled)
         return b != NULL;
     for (int i = 0; i < b->freedom; i++) {
@@ -248,6 +382,29 @@ int follows_at(const struct system *s, const double *q)
         along += b->ray[i] * y;
     }
     return !(fabs(along) * b->slope > CLEAR * BRIDGED);
+}
+
+int passes_by(const struct system *s)
+{
+    return s->branch && s->branch->kind != CROSSES;
+}
+
+double time_to_place(const struct system *s, const double *u)
+{
+    const struct branch *b = s->branch;
+    double along = 0.0, square = 0.0;
+    if (!b || b->kind != PASSES_BY || !b->placed)
+        return 0.0;
+    for (int i = 0; i < b->freedom; i++) {
+        double way = 0.0, rate = 0.0;
+        for (int l = 0; l < s->n; l++) {
+            way += b->chart[(size_t)i * s->n + l] * (b->place[l] / s->unit[l] - b->begins.q[l]);
+            rate += b->chart[(size_t)i * s->n + l] * u[l] / s->unit[l];
+        }
+        along += way * rate;
+        square += rate * rate;
+    }
+    return along > 0.0 ? along / square : 0.0;
 }
 
 int is_place_on_branch(const struct system *s, const double *q)

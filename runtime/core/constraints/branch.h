@@ -17,7 +17,13 @@ void rewind_branch(struct branch *b);
 enum outcome lift_branch(struct system *s, struct branch *b, const double *y);
 
 /* Whether the system follows a branch at q[n]: not so far from the place that the closure as it is tells all */
-int follows_at(const struct system *s, const double *q);
+int follows_at(struct system *s, const double *q);
+
+/* Whether the system follows a branch that passes by a place, where rows tell all that they tell elsewhere */
+int passes_by(const struct system *s);
+
+/* The time after which a motion that begins with velocities u[n] where the chart does comes nearest to the place that it passes by; 0 where that is not known, or behind */
+double time_to_place(const struct system *s, const double *u);
 
 /* Whether the state is the one that was put onto the system's branch last, or a configuration its configuration */
 int is_on_branch(const struct system *s, const double *q, const double *u);

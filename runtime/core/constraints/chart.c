@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "algebra/dot.h"
-#include "algebra/elimination.h"
 #include "algebra/gauss_rule.h"
 #include "algebra/orthogonal.h"
 #include "base/tolerances.h"
@@ -34,6 +33,7 @@ void copy_place(const struct system *s, const struct branch *b, const struct bra
     memcpy(to->q, from->q, s->n * sizeof *to->q);
     memcpy(to->T, from->T, (size_t)b->freedom * s->n * sizeof *to->T);
     to->margin = from->margin;
+    to->turn = from->turn;
 }
 
 int take_closed(const struct system *s, const struct branch *b, struct closed *c)
@@ -49,8 +49,11 @@ int take_closed(const struct system *s, const struct branch *b, struct closed *c
     c->q = TAKE(arena, double, n);
     c->null = TAKE(arena, double, (d * n));
     c->across = TAKE(arena, double, (d * d));
-    c->scratch = TAKE(arena, double, (d * d));
+    c->pivots = TAKE_ZEROS(arena, double, d);
+    c->reflected = TAKE(arena, double, d);
+    c->places = TAKE(arena, int, d);
     c->z = TAKE(arena, double, d);
+    c->solved = TAKE(arena, double, d);
     return arena->ran_out;
 }
 
@@ -85,6 +88,18 @@ double closure_margin(struct system *s, const double *q, int rank)
     return margin;
 }
 
+/* 1 or -1: the sign of the determinant of factors, of a permutation, a triangle and a reflection for each column */
+static int sign_of_factors(int count, const double *diagonal, const int *order)
+{
+    int sign = count % 2 ? -1 : 1;
+    for (int k = 0; k < count; k++) {
+        sign = diagonal[k] < 0.0 ? -sign : sign;
+        for (int j = k + 1; j < count; j++)
+            sign = order[j] < order[k] ? -sign : sign;
+    }
+    return sign;
+}
+
 enum outcome factorise_closure(struct system *s, const struct branch *b, const double *q, struct closed *c)
 {
     const int n = s->n, r = b->rank, d = b->freedom;
@@ -93,17 +108,36 @@ enum outcome factorise_closure(struct system *s, const struct branch *b, const d
     if (reduce_rows(s, 0.0, c) < r)
         return OUTCOME_NOT_CLOSED;
     c->margin = r ? fabs(c->diagonal[r - 1] / c->diagonal[0]) : 1.0;
-    for (int j = 0; j < d; j++) {
+    for (int j = 0; j < d; j++)
         column_of_factor(n, r, c, r + j, c->null + (size_t)j * n);
-        for (int i = 0; i < d; i++)
+    for (int i = 0; i < d; i++) {
+        c->places[i] = i;
+        for (int j = 0; j < d; j++)
             c->across[i * d + j] = dot(n, b->chart + (size_t)i * n, c->null + (size_t)j * n);
     }
+    c->regular = reduce_columns(d, d, c->across, DBL_EPSILON, c->pivots, c->reflected, c->places) == d;
+    const int redundant = r < s->model->rows;
+    c->turn = redundant ? 0 : sign_of_factors(r, c->diagonal, c->order) * sign_of_factors(d, c->pivots, c->places);
     return OUTCOME_DONE;
+}
+
+/* x[n] += the direction that rows leave with T0 x = z[freedom]; solved[freedom] is scratch. */
+static void add_along_rest(int n, int d, const struct closed *c, const double *z, double *solved, double *x)
+{
+    for (int k = 0; k < d; k++)
+        solved[k] = z[c->places[k]];
+    solve_transposed_triangle(d, d, c->across, c->pivots, solved);
+    reflect(d, d, c->across, c->reflected, 0, solved);
+    for (int j = 0; j < d; j++)
+        for (int i = 0; i < n; i++)
+            x[i] += solved[j] * c->null[(size_t)j * n + i];
 }
 
 int solve_in_chart(const struct system *s, const struct branch *b, struct closed *c, const double *y, double *x)
 {
     const int n = s->n, r = b->rank, d = b->freedom;
+    if (!c->regular)
+        return 0;
     memset(x, 0, n * sizeof *x);
     for (int k = 0; k < r; k++)
         x[k] = c->right[c->order[k]] / c->length[c->order[k]];
@@ -111,25 +145,21 @@ int solve_in_chart(const struct system *s, const struct branch *b, struct closed
     reflect(n, r, c->g, c->beta, 0, x);
     for (int i = 0; i < d; i++)
         c->z[i] = (y ? y[i] : 0.0) - dot(n, b->chart + (size_t)i * n, x);
-    memcpy(c->scratch, c->across, (size_t)d * d * sizeof *c->scratch);
-    if (d && !eliminate(d, c->scratch, c->z, DBL_EPSILON))
-        return 0;
-    for (int j = 0; j < d; j++)
-        for (int i = 0; i < n; i++)
-            x[i] += c->z[j] * c->null[(size_t)j * n + i];
+    add_along_rest(n, d, c, c->z, c->solved, x);
     return 1;
 }
 
-/* gap[rows] of the closure at c->q. With a reference q* on the branch it is the integral of A along q - q* times that (eq. 8.11): known to rounding times the way, not
- * to rounding, and so the better the nearer. */
-static enum outcome write_gaps(struct system *s, const struct branch *b, const struct closed *c, double *gap)
+/* With a place q* that the motion passes by, or that is on the branch, they are the integral of A along q - q* times that (eq. 8.11), and what the closure misses at q*: known
+ * to rounding times the way, not to rounding, and so the better the nearer. */
+enum outcome write_gaps(struct system *s, const struct branch *b, const struct closed *c, double *gap)
 {
-    const int n = s->n, rows = s->model->rows;
+    const int n = s->n, rows = s->model->rows, by = b->kind == PASSES_BY;
+    const double *from = by ? b->place : b->reference;
     const struct mark mark = s->arena->top;
-    double most = 0.0;
-    for (int i = 0; i < n && b->referenced; i++)
-        most = fmax(most, fabs(c->q[i] - b->reference[i]) / s->unit[i]);
-    if (!b->referenced || most > REFERRED) {
+    double most = (by ? b->placed : b->referenced) ? 0.0 : INFINITY;
+    for (int i = 0; i < n && most < REFERRED; i++)
+        most = fmax(most, fabs(c->q[i] - from[i]) / s->unit[i]);
+    if (!(most <= REFERRED)) {
         s->model->closure(s->k, c->q, gap);
         return OUTCOME_DONE;
     }
@@ -137,12 +167,13 @@ static enum outcome write_gaps(struct system *s, const struct branch *b, const s
            *q = TAKE(s->arena, double, n);
     const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome) {
-        memset(gap, 0, rows * sizeof *gap);
+        for (int j = 0; j < rows; j++)
+            gap[j] = by ? b->offset[j] : 0.0;
         for (int i = 0; i < n; i++)
-            way[i] = c->q[i] - b->reference[i];
+            way[i] = c->q[i] - from[i];
         for (int k = 0; k < STAGES; k++) {
             for (int i = 0; i < n; i++)
-                q[i] = b->reference[i] + NODE[k] * way[i];
+                q[i] = from[i] + NODE[k] * way[i];
             s->model->closure_jacobian(s->k, q, A);
             for (int j = 0; j < rows; j++)
                 gap[j] += WEIGHT[k] * dot(n, A + (size_t)j * n, way);
@@ -189,13 +220,16 @@ enum outcome close_at(struct system *s, const struct branch *b, struct closed *c
             outcome = OUTCOME_DONE;
         last = size;
     }
-    memset(c->right, 0, s->model->rows * sizeof *c->right);
+    if (!outcome && !c->regular)
+        outcome = OUTCOME_NOT_CLOSED;
     for (int i = 0; i < d && !outcome; i++) {
         memset(y, 0, d * sizeof *y);
         y[i] = 1.0;
-        outcome = solve_in_chart(s, b, c, y, p->T + (size_t)i * n) ? OUTCOME_DONE : OUTCOME_NOT_CLOSED;
+        memset(p->T + (size_t)i * n, 0, n * sizeof *p->T);
+        add_along_rest(n, d, c, y, c->solved, p->T + (size_t)i * n);
     }
     p->margin = c->margin;
+    p->turn = c->turn;
     give_back(s->arena, mark);
     return outcome;
 }

@@ -10,7 +10,11 @@ enum { BRANCH_NODES = 16 };
 struct branch_place {
     double *y, *q, *T; /* [freedom] in the chart, [n] in units of the coordinates, [freedom][n] dq/dy */
     double margin;
+    int turn;
 };
+
+/* What lies where rows depend: unknown, a crossing of two branches, or a place that motions pass by, on a branch that comes near to it */
+enum at_place { UNDECIDED, CROSSES, PASSES_BY };
 
 /* The branch as a graph over its tangents at one place: y = T0 (q - q0), with q in units of the coordinates. */
 struct branch {
@@ -26,8 +30,14 @@ struct branch {
     double *ray, *middle;     /* [freedom] its direction, and where it meets the place */
     double half, slope;       /* half of its length, and the distance from dependence by the way along it */
     double width;             /* distance from dependence of the outermost nodes that served last, or 0 */
-    int referenced;           /* whether configurations are closed as one of the branch is, */
-    double *reference;        /* [n] which */
+    int referenced;           /* whether nodes are closed as one configuration is, */
+    double *reference;        /* [n] which: that at which the ray meets the place */
+    enum at_place kind;       /* what there is near the chart */
+    int placed;               /* whether the motion passes by a place that is known, */
+    double *place;            /* [n] where it lies, */
+    double *offset;           /* [rows] and what the closure misses there, if that is more than rounding */
+    double *through;          /* [freedom] the direction in which a motion goes through it, */
+    double until, comes_back; /* the way there, and how fast rows come back along it: 0 where it does not */
     struct branch_place last; /* the configuration that was asked for last; */
     int inside;               /* whether it is interpolated, */
     double weights[BRANCH_NODES]; /* and by what */
@@ -41,10 +51,13 @@ static const double HOP = 0.06;
 struct closed {
     double *g, *length, *diagonal, *beta, *right; /* [rows][n], [rows] */
     int *order;
-    double *q;             /* [n] the configuration */
-    double *null, *across; /* [freedom][n] directions that rows leave, [freedom][freedom] T0 of them */
-    double *scratch, *z;   /* [freedom][freedom], [freedom] */
+    double *q;                           /* [n] the configuration */
+    double *null;                        /* [freedom][n] directions that rows leave */
+    double *across, *pivots, *reflected; /* [freedom][freedom] T0 of them, its rows factorised as columns, [freedom] */
+    int *places, regular;                /* [freedom]; whether all of them count */
+    double *z, *solved;                  /* [freedom] */
     double margin;
+    int turn; /* sign of the determinant of rows and chart: another than where the chart begins beyond a turn of the branch; 0 where rows are redundant, and do not tell */
 };
 
 int take_place(struct arena *arena, size_t n, struct branch_place *p);
@@ -62,6 +75,9 @@ void column_of_factor(int n, int rank, const struct closed *c, int number, doubl
 
 /* The closure at q[n] in units, with T0; NOT_CLOSED where too few rows count. */
 enum outcome factorise_closure(struct system *s, const struct branch *b, const double *q, struct closed *c);
+
+/* gap[rows] of the closure at c->q, as the place of the branch tells them */
+enum outcome write_gaps(struct system *s, const struct branch *b, const struct closed *c, double *gap);
 
 /* x[n] with A x = c->right on the rows that count and T0 x = y[freedom], in units; whether there is one */
 int solve_in_chart(const struct system *s, const struct branch *b, struct closed *c, const double *y, double *x);

@@ -72,24 +72,42 @@ enum outcome find_lost(struct system *s, const struct branch *b, struct closed *
     return OUTCOME_DONE;
 }
 
-enum outcome change_of_lost(struct system *s, const struct lost *l, const double *q, const double *x, double *change)
+enum outcome rows_of_lost(struct system *s, const struct lost *l, const double *q, double *row)
 {
     const size_t n = s->n, rows = s->model->rows;
-    const double h = pow(DBL_EPSILON, 1.0 / 3.0);
     const struct mark mark = s->arena->top;
     double *g = TAKE(s->arena, double, (rows * n)), *length = TAKE(s->arena, double, rows);
-    double *there = TAKE(s->arena, double, n);
+    double *at = TAKE(s->arena, double, n);
     const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (size_t i = 0; i < n && !outcome; i++)
+        at[i] = q[i] * s->unit[i];
+    if (!outcome) {
+        memset(row, 0, l->count * n * sizeof *row);
+        scaled_closure_rows(s, at, g, length);
+        for (int a = 0; a < l->count; a++)
+            for (size_t j = 0; j < rows; j++)
+                for (size_t i = 0; i < n && l->W[a * rows + j] != 0.0; i++)
+                    row[a * n + i] += l->W[a * rows + j] * g[j * n + i];
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+enum outcome change_of_lost(struct system *s, const struct lost *l, const double *q, const double *x, double *change)
+{
+    const size_t n = s->n;
+    const double h = pow(DBL_EPSILON, 1.0 / 3.0);
+    const struct mark mark = s->arena->top;
+    double *row = TAKE(s->arena, double, l->count *n), *there = TAKE(s->arena, double, n);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome)
         memset(change, 0, l->count * n * sizeof *change);
     for (int side = -1; side <= 1 && !outcome; side += 2) {
         for (size_t i = 0; i < n; i++)
-            there[i] = (q[i] + side * h * x[i]) * s->unit[i];
-        scaled_closure_rows(s, there, g, length);
-        for (int a = 0; a < l->count; a++)
-            for (size_t j = 0; j < rows; j++)
-                for (size_t i = 0; i < n && l->W[a * rows + j] != 0.0; i++)
-                    change[a * n + i] += side * l->W[a * rows + j] * g[j * n + i] / (2.0 * h);
+            there[i] = q[i] + side * h * x[i];
+        outcome = rows_of_lost(s, l, there, row);
+        for (size_t i = 0; i < l->count * n && !outcome; i++)
+            change[i] += side * row[i] / (2.0 * h);
     }
     give_back(s->arena, mark);
     return outcome;
@@ -172,8 +190,7 @@ enum outcome find_crossing(struct system *s, const struct branch *b, struct clos
     const size_t square = (size_t)l.count * l.count;
     double *D = TAKE(s->arena, double, d *square), *now = TAKE(s->arena, double, square);
     double *change = TAKE(s->arena, double, (size_t)l.count *n), *trial = TAKE(s->arena, double, d);
-    double *g = TAKE(s->arena, double, (size_t)s->model->rows *n), *length = TAKE(s->arena, double, s->model->rows);
-    double *M = TAKE(s->arena, double, square), *row = TAKE(s->arena, double, n);
+    double *M = TAKE(s->arena, double, square), *row = TAKE(s->arena, double, (size_t)l.count *n);
     outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     for (int i = 0; i < d && !outcome; i++) {
         outcome = change_of_lost(s, &l, b->known.q, b->known.T + (size_t)i * n, change);
@@ -181,17 +198,12 @@ enum outcome find_crossing(struct system *s, const struct branch *b, struct clos
             for (int v = 0; v < l.count; v++)
                 D[i * square + a * l.count + v] = dot(n, change + (size_t)a * n, l.V + (size_t)v * n);
     }
+    outcome = outcome ? outcome : rows_of_lost(s, &l, b->known.q, row);
     if (outcome)
         goto end;
-    scaled_closure_rows(s, c->q, g, length);
-    for (int a = 0; a < l.count; a++) {
-        memset(row, 0, n * sizeof *row);
-        for (int j = 0; j < s->model->rows; j++)
-            for (int i = 0; i < n; i++)
-                row[i] += l.W[(size_t)a * s->model->rows + j] * g[(size_t)j * n + i];
+    for (int a = 0; a < l.count; a++)
         for (int v = 0; v < l.count; v++)
-            now[a * l.count + v] = dot(n, row, l.V + (size_t)v * n);
-    }
+            now[a * l.count + v] = dot(n, row + (size_t)a * n, l.V + (size_t)v * n);
     choose_ray(d, l.count, D, trial, M, x);
     double above = 0.0, below = 0.0;
     for (size_t a = 0; a < square; a++) {

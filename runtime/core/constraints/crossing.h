@@ -22,6 +22,9 @@ struct crossing {
 /* l->W and l->K at the configuration that c is factorised at; their arrays from the arena. NO_MEMORY or DONE */
 enum outcome find_lost(struct system *s, const struct branch *b, struct closed *c, struct lost *l);
 
+/* row[count][n]: the rows that are about to be lost at q[n], in units */
+enum outcome rows_of_lost(struct system *s, const struct lost *l, const double *q, double *row);
+
 /* change[count][n]: by how much the rows that are about to be lost change along x[n] in units, per unit of it */
 enum outcome change_of_lost(struct system *s, const struct lost *l, const double *q, const double *x, double *change);
 

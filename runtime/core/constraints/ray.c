@@ -214,7 +214,15 @@ enum outcome bridge(struct system *s, struct branch *b, struct closed *c, const 
     const int d = b->freedom;
     struct crossing x = {.e = TAKE(s->arena, double, d)};
     double width = b->width > 0.0 ? b->width : WIDEST, miss = INFINITY, best = INFINITY;
-    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : find_crossing(s, b, c, &x);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome && b->comes_back > 0.0) {
+        memcpy(x.e, b->through, d * sizeof *x.e);
+        x.place = b->until;
+        for (int i = 0; i < d; i++)
+            x.place -= x.e[i] * b->known.y[i];
+        x.slope = b->comes_back;
+    } else if (!outcome)
+        outcome = find_crossing(s, b, c, &x);
     b->sampled = b->biased = 0;
     for (; !outcome; width *= 0.5) {
         outcome = sample(s, b, c, &x, y, width, &miss);

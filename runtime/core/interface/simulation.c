@@ -7,6 +7,7 @@
 
 #include "base/within.h"
 #include "hybrid/contact_transition.h"
+#include "constraints/place.h"
 #include "hybrid/state.h"
 #include "impact/law.h"
 #include "methods/gauss.h"
@@ -98,7 +99,7 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
 static enum outcome make_run(struct run *run, const struct ccgen_settings *settings)
 {
     const double rtol = settings->rtol > 0.0 ? settings->rtol : RTOL;
-    run->tolerance = (struct tolerance){rtol, settings->atol > 0.0 ? settings->atol : rtol, NULL};
+    run->tolerance = (struct tolerance){.rtol = rtol, .atol = settings->atol > 0.0 ? settings->atol : rtol};
     run->method = find_method(settings->method ? settings->method : gauss.name);
     run->stops = settings->stops;
     run->stop_count = settings->stop_count;
@@ -200,6 +201,8 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
     f->branch.rank = 0;
+    if (f->branch.chart)
+        forget_place(f->s, &f->branch);
     run->steps = run->rejected = run->events = 0;
     run->rest_speed = 0.0;
     run->contact = -1;

@@ -8,6 +8,7 @@
  * at few states, and does not iterate. Past a singular configuration stages go one by one, each put onto the closure, for the
  * other methods too (singular_step.c): no stage lies at either end.
  */
+#include "constraints/branch.h"
 #include "methods/gauss.h"
 
 #include <math.h>
@@ -181,7 +182,7 @@ static void look_further(struct gauss *g, const struct system *s, struct toleran
     const int n = g->n;
     double sum[STAGES] = {0.0};
     g->further[0] = g->further[1] = 0.0;
-    if (s->projects_stages || !gauss_has_loads(s))
+    if (!passes_by(s) && (s->projects_stages || !gauss_has_loads(s)))
         return;
     for (int i = 0; i < g->rows; i++) {
         const double *c = g->legendre + i * STAGES;

@@ -9,18 +9,22 @@
 struct tolerance {
     double rtol, atol; /* atol: times the entry's unit */
     const double *unit;
+    int places; /* the first so many entries, */
+    double
+        nearer; /* of which this part may be wrong: beside a place that a branch passes by, they tell where it turns */
 };
 
 /* What entry i, of this size, may be wrong by */
 static inline double allowed_error(struct tolerance tolerance, int i, double size)
 {
-    return tolerance.atol * tolerance.unit[i] + tolerance.rtol * size;
+    const double allowed = tolerance.atol * tolerance.unit[i] + tolerance.rtol * size;
+    return i < tolerance.places ? tolerance.nearer * allowed : allowed;
 }
 
 /* Nothing may be wrong but by rounding. */
 static inline struct tolerance to_rounding(const struct system *s)
 {
-    return (struct tolerance){0.0, 0.0, s->unit};
+    return (struct tolerance){.unit = s->unit};
 }
 
 struct method {

@@ -128,10 +128,20 @@ enum outcome follow_if_beside(struct phase *f)
     leave_branch(f);
     if (!f->branch.chart || !is_beside_place(f, f->y))
         return OUTCOME_DONE;
-    const enum outcome outcome = follow_branch(f);
+    enum outcome outcome = follow_branch(f);
     if (f->branch.begins.margin >= BRIDGED) /* rows that depend everywhere */
         leave_branch(f);
-    return outcome == OUTCOME_NOT_CLOSED ? OUTCOME_DONE : outcome;
+    if (!outcome &&
+        passes_by(
+            f->s)) { /* what impacts and steps in time leave there lies on the closure to rounding / sigma^2 only */
+        outcome = project_state(f->s, f->y, f->y + f->s->n);
+        outcome = outcome ? outcome : evaluate_derivative(f);
+    }
+    if (outcome == OUTCOME_NOT_CLOSED) {
+        leave_branch(f);
+        return OUTCOME_DONE;
+    }
+    return outcome;
 }
 
 /* Whether no branch is told, and the closure as it is has to do */
@@ -166,7 +176,7 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
 {
     const int follows = f->s->branch != NULL;
     const int other =
-        f->passing && !active_count(f->s) && (f->at.passage != FREE || (follows && f->run->method->damps));
+        f->passing && ((follows && f->run->method->damps) || (f->at.passage != FREE && !active_count(f->s)));
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -196,8 +206,18 @@ double unknown_velocity(const struct phase *f)
     return ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma);
 }
 
+enum { ROUNDINGS = 16 };
+
+/* How near to dependence rows come in the step along a branch that passes a place by */
+static double nearest_margin(const struct phase *f)
+{
+    return fmin(f->branch.begins.margin, f->branch.last.margin);
+}
+
 double missed_velocity(const struct phase *f)
 {
+    if (passes_by(f->s))
+        return ROUNDINGS * DBL_EPSILON / nearest_margin(f);
     return fmin(unknown_velocity(f), KNOWN_AT_LEAST);
 }
 
@@ -210,6 +230,10 @@ static struct tolerance tolerance_of(const struct phase *f)
         tolerance.atol *= GUIDED;
     }
     tolerance.atol = fmax(tolerance.atol, missed_velocity(f) * fastest(f->s, f->y + f->s->n) * f->s->time);
+    if (passes_by(f->s)) {
+        tolerance.places = f->s->n;
+        tolerance.nearer = fmin(fmax(nearest_margin(f), ROUNDINGS * DBL_EPSILON / tolerance.rtol), 1.0);
+    }
     return tolerance;
 }
 

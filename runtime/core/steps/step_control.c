@@ -13,7 +13,7 @@
 #include "steps/step_end.h"
 
 const double LEAST_CHANGE = 0.2;
-static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
+static const double BEFORE_TURN = 0.9, SAFETY = 0.9, LARGEST_CHANGE = 6.0;
 enum {
     AGAIN =
         4, /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
@@ -85,6 +85,13 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
 static double shorter(const struct phase *f, double error)
 {
     return fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE);
+}
+
+/* The length after a step that failed: up to where a branch turns at a place that it passes by, if that is why, and is known */
+static double shorter_before_place(const struct phase *f, enum outcome failed)
+{
+    const double until = failed == OUTCOME_NOT_CLOSED ? BEFORE_TURN * time_to_place(f->s, f->y + f->s->n) : 0.0;
+    return until > LEAST_CHANGE * f->h && until < f->h ? until : LEAST_CHANGE * f->h;
 }
 
 /* Hold the end of a step that is to be accepted to what its energy tells; *error is larger than 1 where that refuses it.
@@ -220,6 +227,12 @@ static void accept(struct phase *f, double error, const struct tries *now, doubl
     f->run->steps++;
 }
 
+/* Whether a step along a branch that leads to no place may be too long for it */
+static int may_turn(const struct branch *b)
+{
+    return b->kind == PASSES_BY || b->comes_back > 0.0;
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
@@ -233,7 +246,8 @@ enum outcome accepted_step(struct phase *f, double *next)
         if (ends || outcome)
             return outcome;
         outcome = measured_step(f, &error);
-        if (outcome == OUTCOME_NOT_CLOSED && f->s->branch) {
+        if (outcome == OUTCOME_NOT_CLOSED && f->s->branch &&
+            !(may_turn(f->s->branch) && LEAST_CHANGE * f->h >= shortest(f))) {
             outcome = take_closure(f);
             now.leaves = 1;
             f->h = now.whole;
@@ -255,7 +269,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         now.refused = 1;
         f->at.bounded = 0;
         run->rejected++;
-        f->h *= outcome || !isfinite(error) ? LEAST_CHANGE : shorter(f, error);
+        f->h = outcome || !isfinite(error) ? shorter_before_place(f, outcome) : f->h * shorter(f, error);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
         outcome = OUTCOME_DONE;

@@ -140,8 +140,9 @@ enum outcome return_to_energy(struct phase *f, double h, double *excess)
  * function of h: landing on an event needs that. */
 static enum outcome step_put_back(struct phase *f, double h)
 {
-    const struct tolerance tolerance = f->run->tolerance,
-                           little = {ITERATED * tolerance.rtol, ITERATED * tolerance.atol, tolerance.unit};
+    const struct tolerance tolerance = f->run->tolerance, little = {.rtol = ITERATED * tolerance.rtol,
+                                                                    .atol = ITERATED * tolerance.atol,
+                                                                    .unit = tolerance.unit};
     enum outcome outcome = unprojected_step(f, h, to_rounding(f->s));
     if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0 &&
         estimates_errors(f->by)) { /* loads that all but cancel have a rounding of their own */
