@@ -241,6 +241,19 @@ def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop
     reach(f"looks beside lines by {method}: velocities, of the largest, beside wide numbers", max(worst), 3e-8)
 
 
+def _before_line(run: Run, k: int, share: float) -> float:
+    """About when the motion from row k to the next, on its way to a line, has that share: looked for three times, each
+    time between the neighbours of the last."""
+    begin, end = float(run.t[k]), float(run.t[k + 1])
+    for _ in range(3):
+        t = np.linspace(begin, end, 41)[1:-1]
+        shares = least_shares(run.model, run.at(t)[0])
+        before = slice(0, int(np.argmin(shares)) + 1)
+        best = int(np.argmin(np.abs(np.log(shares[before] / share))))
+        begin, end = t[max(best - 1, 0)], t[min(best + 1, t.size - 1)]
+    return float(t[best])
+
+
 @pytest.mark.parametrize(
     ("method", "seeds"), [("gauss", (6, 11)), hard("gauss", SEEDS), hard("dop853", SEEDS)], ids=str
 )
@@ -256,11 +269,8 @@ def test_forces_beside_lines_are_those_of_wide_numbers(
         run = simulate(model, q, u, until=1.0, rtol=rtol, method=method)
         wide = in_wide_numbers(model, workshop)
         for k in [k for k in range(len(run.t) - 1) if passes(run, k)][:3]:
-            t = np.linspace(run.t[k], run.t[k + 1], 4001)[1:-1]
-            shares = least_shares(model, run.at(t)[0])
-            before = slice(0, int(np.argmin(shares)) + 1)
             for share in (1e-1, 1e-2, 1e-3, 5e-4, 3e-4):
-                x = float(t[before][int(np.argmin(np.abs(np.log(shares[before] / share))))])
+                x = _before_line(run, k, share)
                 here = float(least_shares(model, run.at(x)[0]))
                 if here < 2.5e-4:
                     continue
