@@ -152,8 +152,8 @@ def test_a_run_of_many_links_ends_within_a_step(method: str, workshop: Workshop)
     """Steps of a hundred links take long, above all by radau; at 1e4 rad/s a run is many of them."""
     from ccgen.generator import loop
 
-    model = workshop.model(loop(100))
-    q, u = model.project(model.start()[0], np.random.default_rng(1).normal(scale=30.0, size=102))
+    model = workshop.model(loop(200))
+    q, u = model.project(model.start()[0], np.random.default_rng(1).normal(scale=30.0, size=202))
     run, seconds = ctrl_c(lambda: simulate(model, q, u, until=1e3, method=method, keep_interrupted=True), 1.0)
     assert isinstance(run, Run) and "interrupted" in run.message
     assert seconds <= SOON
@@ -169,8 +169,8 @@ def test_a_look_with_many_links_ends(workshop: Workshop) -> None:
     def break_off(*_: object) -> None:
         raise KeyboardInterrupt
 
-    model = workshop.model(loop(100))
-    q, u = model.project(model.start()[0], np.random.default_rng(1).normal(scale=30.0, size=102))
+    model = workshop.model(loop(200))
+    q, u = model.project(model.start()[0], np.random.default_rng(1).normal(scale=30.0, size=202))
     rows = np.array([0.0, 1.0]), np.array([q, q]), np.array([u, u])
     before = signal.signal(signal.SIGALRM, break_off)
     try:

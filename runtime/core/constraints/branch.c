@@ -39,8 +39,6 @@ int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch 
     b->middle = TAKE(arena, double, n);
     b->reference = TAKE(arena, double, n);
     b->state = TAKE(arena, double, 2 * n);
-    b->place = TAKE_ZEROS(arena, double, n);
-    b->offset = TAKE_ZEROS(arena, double, m->rows);
     b->node_bias = TAKE(arena, double, BRANCH_NODES *n);
     for (int i = 0; i < BRANCH_NODES; i++)
         take_place(arena, n, &b->nodes[i]);
@@ -110,9 +108,9 @@ static enum outcome come_to_place(struct system *s, struct branch *b, struct clo
     enum outcome outcome = b->kind == UNDECIDED ? find_place(s, b, c, b->known.q) : OUTCOME_DONE;
     if (!outcome && b->kind != PASSES_BY) {
         outcome = bridge(s, b, c, y);
-        if (outcome != OUTCOME_NOT_CLOSED ||
-            b->comes_back > 0.0) { /* what goes through a place may be tried beside it */
-            b->kind = outcome ? b->kind : CROSSES;
+        /* y alone may be out of reach of rays that are told, or beside the way through a place */
+        if (outcome != OUTCOME_NOT_CLOSED || b->sampled || b->comes_back > 0.0) {
+            b->kind = outcome && !b->sampled ? b->kind : CROSSES;
             return outcome;
         }
         outcome = OUTCOME_DONE;
@@ -309,7 +307,7 @@ static enum outcome find_place_of_motion(struct system *s, struct branch *b, str
         forget_place(s, b);
     else
         b->kind = PASSES_BY;
-    if (margin < BRIDGED && rank == b->rank && !stays_near_place(s, b, q, margin))
+    if (margin < BRIDGED && rank >= b->rank - 1 && !stays_near_place(s, b, q, margin))
         outcome = find_place(s, b, c, b->begins.q);
     if (outcome || b->kind != PASSES_BY || !(margin < TELLS_TANGENTS))
         return outcome;
@@ -351,13 +349,14 @@ enum outcome begin_branch(struct system *s, struct branch *b, const double *q, c
     for (int i = 0; i < n; i++)
         b->begins.q[i] = q[i] / s->unit[i];
     memset(b->begins.y, 0, b->freedom * sizeof *b->begins.y);
-    b->sampled = 0;
+    b->sampled = b->referenced = 0;
     outcome = find_place_of_motion(s, b, &c, q, u, &way);
     const int rank = reduce_at(s, b, q, &c, &b->begins.margin);
     outcome = outcome ? outcome : choose_chart(s, b, &c, rank, u, &way);
     memcpy(b->begins.T, b->chart, (size_t)b->freedom * n * sizeof *b->chart);
     b->begins.turn = 0;
-    if (!outcome && b->kind != CROSSES && !factorise_closure(s, b, b->begins.q, &c))
+    if (!outcome && (b->kind != CROSSES || b->begins.margin > TELLS_TANGENTS) &&
+        !factorise_closure(s, b, b->begins.q, &c))
         b->begins.turn = c.turn;
     copy_place(s, b, &b->begins, &b->known);
     b->width = 0.0;

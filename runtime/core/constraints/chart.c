@@ -54,6 +54,8 @@ int take_closed(const struct system *s, const struct branch *b, struct closed *c
     c->places = TAKE(arena, int, d);
     c->z = TAKE(arena, double, d);
     c->solved = TAKE(arena, double, d);
+    c->margin = 0.0;
+    c->turn = c->regular = 0;
     return arena->ran_out;
 }
 

@@ -156,7 +156,6 @@ end:
 static enum outcome decide(struct system *s, struct branch *b, const struct closed *c, const struct lost *l,
                            const struct gradients *g)
 {
-    const int carried = b->kind == PASSES_BY && b->placed;
     const struct mark mark = s->arena->top;
     const int rows = s->model->rows;
     double *gap = TAKE(s->arena, double, rows);
@@ -169,11 +168,8 @@ static enum outcome decide(struct system *s, struct branch *b, const struct clos
         give_back(s->arena, mark);
         return OUTCOME_NO_MEMORY;
     }
-    int open = 0;
-    for (int j = 0; j < rows && carried; j++)
-        open |= b->offset[j] != 0.0;
     for (int a = 0; a < l->count; a++) {
-        const int shut = carried ? !open : closes(s, c, l, a, gap);
+        const int shut = closes(s, c, l, a, gap);
         closed &= shut;
         const int two = has_two_branches(s, g, a);
         if (two < 0) {
@@ -278,6 +274,23 @@ int stays_near_place(const struct system *s, const struct branch *b, const doubl
     return most <= fmin(NEAR * margin, FARTHEST);
 }
 
+/* Whether the gradients vanish, as those cannot of several rows that depend at several places */
+static int is_flat(const struct lost *l, const struct gradients *g)
+{
+    for (int k = 0; k < g->count * g->all; k++)
+        if (!(fabs(g->now[k]) <= sqrt(DBL_EPSILON) * l->size))
+            return 0;
+    return 1;
+}
+
+static double distance(int n, const double *a, const double *b)
+{
+    double most = 0.0;
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs(a[i] - b[i]));
+    return most;
+}
+
 enum outcome find_place(struct system *s, struct branch *b, struct closed *c, const double *q)
 {
     const int n = s->n;
@@ -285,6 +298,8 @@ enum outcome find_place(struct system *s, struct branch *b, struct closed *c, co
     int found = 0;
     double *at = TAKE(s->arena, double, n), *x = TAKE(s->arena, double, n), last = INFINITY;
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome && b->rank < s->model->rows) /* rows that are redundant everywhere look as those that are lost here */
+        outcome = OUTCOME_NOT_CLOSED;
     if (!outcome)
         memcpy(at, q, n * sizeof *q);
     for (int pass = 0; pass < PASSES && !outcome; pass++) {
@@ -305,8 +320,11 @@ enum outcome find_place(struct system *s, struct branch *b, struct closed *c, co
         }
         if (!outcome && !(size < FARTHEST))
             outcome = OUTCOME_NOT_CLOSED;
-        found = size <= ROUNDINGS * DBL_EPSILON || (size > 0.5 * last && size < sqrt(DBL_EPSILON));
-        if (!outcome && found)
+        found = !outcome && (size <= ROUNDINGS * DBL_EPSILON || (size > 0.5 * last && size < sqrt(DBL_EPSILON)));
+        if (found && !(is_flat(&l, &g) && distance(n, at, q) < FARTHEST)) /* where it ends no place is */
+            outcome = OUTCOME_NOT_CLOSED;
+        found = found && !outcome;
+        if (found)
             outcome = decide(s, b, c, &l, &g);
         give_back(s->arena, inner);
         if (found)

@@ -42,6 +42,9 @@ int take_phase(struct phase *f)
     if (s->model->rows && s->model->stages && s->n <= LARGEST && f->run->tolerance.rtol >= INTERPOLATED &&
         take_branch(arena, s->model, &f->branch))
         return 1;
+    f->branch.place = TAKE_ZEROS(arena, double, s->n);
+    f->branch.offset = TAKE_ZEROS(arena, double, s->model->rows);
+    f->noted_place = TAKE_ZEROS(arena, double, s->n + s->model->rows);
     f->kept = TAKE_ZEROS(arena, double, memory_size(method, s));
     f->peak = TAKE_ZEROS(arena, double, c);
     f->gaps = TAKE_ZEROS(arena, double, c);
@@ -189,6 +192,7 @@ static enum outcome begin_phase(struct phase *f)
 /* What a step that is begun and not ended has changed */
 struct before_step {
     struct progress at;
+    int rank, placed;
     double h, window;
     long steps, rejected;
 };
@@ -199,7 +203,15 @@ static struct before_step note_step(struct phase *f)
         f->run->method->memory(f->s, f->scratch, 0, f->kept);
     if (f->s->active)
         memcpy(f->peak, f->active.peak, f->s->model->contacts * sizeof *f->peak);
-    return (struct before_step){f->at, f->h, f->active.window, f->run->steps, f->run->rejected};
+    memcpy(f->noted_place, f->branch.place, f->s->n * sizeof *f->noted_place);
+    memcpy(f->noted_place + f->s->n, f->branch.offset, f->s->model->rows * sizeof *f->noted_place);
+    return (struct before_step){.at = f->at,
+                                .rank = f->branch.rank,
+                                .placed = f->branch.placed,
+                                .h = f->h,
+                                .window = f->active.window,
+                                .steps = f->run->steps,
+                                .rejected = f->run->rejected};
 }
 
 /* As if the step had not been begun: what was interrupted goes on as if it had not been. */
@@ -210,6 +222,10 @@ static void undo_step(struct phase *f, const struct before_step *before)
     if (f->s->active)
         memcpy(f->active.peak, f->peak, f->s->model->contacts * sizeof *f->peak);
     f->active.window = before->window;
+    memcpy(f->branch.place, f->noted_place, f->s->n * sizeof *f->noted_place);
+    memcpy(f->branch.offset, f->noted_place + f->s->n, f->s->model->rows * sizeof *f->noted_place);
+    f->branch.rank = before->rank;
+    f->branch.placed = before->placed;
     f->at = before->at;
     f->h = before->h;
     f->run->steps = before->steps;

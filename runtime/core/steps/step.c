@@ -8,6 +8,7 @@
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "constraints/onto_branch.h"
+#include "constraints/place.h"
 #include "constraints/rows.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
@@ -123,6 +124,25 @@ int is_beside_place(struct phase *f, const double *y)
     return margin < BRIDGED && margin < (seen > 0.0 ? SIGMA_DROP_COARSE * f->at.widest : SIGMA_DROP * BRIDGED);
 }
 
+/* What impacts and steps in time leave beside a place lies on the closure to rounding / sigma^2 only: put it there. */
+static enum outcome put_start_onto_branch(struct phase *f)
+{
+    const size_t n = f->s->n;
+    const struct mark mark = f->s->arena->top;
+    double *there = TAKE(f->s->arena, double, 2 * n);
+    enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome) {
+        memcpy(there, f->y, 2 * n * sizeof *there);
+        outcome = project_state(f->s, there, there + n);
+    }
+    if (!outcome) {
+        memcpy(f->y, there, 2 * n * sizeof *there);
+        outcome = evaluate_derivative(f);
+    }
+    give_back(f->s->arena, mark);
+    return !outcome || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_NOT_CLOSED;
+}
+
 enum outcome follow_if_beside(struct phase *f)
 {
     leave_branch(f);
@@ -131,16 +151,12 @@ enum outcome follow_if_beside(struct phase *f)
     enum outcome outcome = follow_branch(f);
     if (f->branch.begins.margin >= BRIDGED) /* rows that depend everywhere */
         leave_branch(f);
-    if (!outcome &&
-        passes_by(
-            f->s)) { /* what impacts and steps in time leave there lies on the closure to rounding / sigma^2 only */
-        outcome = project_state(f->s, f->y, f->y + f->s->n);
-        outcome = outcome ? outcome : evaluate_derivative(f);
-    }
     if (outcome == OUTCOME_NOT_CLOSED) {
         leave_branch(f);
         return OUTCOME_DONE;
     }
+    if (!outcome && passes_by(f->s) && (outcome = put_start_onto_branch(f)) == OUTCOME_NOT_CLOSED)
+        outcome = take_closure(f);
     return outcome;
 }
 
@@ -159,6 +175,7 @@ enum outcome keep_following(struct phase *f)
     }
     if (closure_margin(f->s, f->y, f->branch.rank) >=
         BRIDGED) { /* a step that comes there again is found as the first was */
+        forget_place(f->s, &f->branch);
         leave_branch(f);
         return OUTCOME_DONE;
     }

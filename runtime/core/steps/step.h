@@ -49,6 +49,7 @@ struct phase {
     double *scratch;           /* of the run's method, */
     double *passing;           /* and of the one that passes singular configurations for it, or NULL */
     struct branch branch;      /* of the closure, that the motion follows past a singular configuration */
+    double *noted_place;       /* [n + rows] branch.place and branch.offset before a step */
     const struct method *by;   /* that took the last step, */
     double *steps;             /* and its scratch */
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */

@@ -227,10 +227,10 @@ static void accept(struct phase *f, double error, const struct tries *now, doubl
     f->run->steps++;
 }
 
-/* Whether a step along a branch that leads to no place may be too long for it */
+/* Whether a step along a branch that leads to no place may be too long for it: the branch is told */
 static int may_turn(const struct branch *b)
 {
-    return b->kind == PASSES_BY || b->comes_back > 0.0;
+    return b->kind == PASSES_BY || b->comes_back > 0.0 || b->sampled;
 }
 
 enum outcome accepted_step(struct phase *f, double *next)
@@ -247,7 +247,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             return outcome;
         outcome = measured_step(f, &error);
         if (outcome == OUTCOME_NOT_CLOSED && f->s->branch &&
-            !(may_turn(f->s->branch) && LEAST_CHANGE * f->h >= shortest(f))) {
+            !(may_turn(f->s->branch) && f->run->fixed_step == 0.0 && LEAST_CHANGE * f->h >= shortest(f))) {
             outcome = take_closure(f);
             now.leaves = 1;
             f->h = now.whole;
