@@ -14,8 +14,7 @@ from ccgen.runtime import Model, simulate
 from ..support.reach import Reach
 from ..support.tiers import hard, many
 from ..support.workshop import Workshop
-
-LAWS = ("newton", "poisson", "stronge")
+from .driven import LAWS
 
 
 @dataclass(frozen=True)

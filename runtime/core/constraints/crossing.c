@@ -113,6 +113,20 @@ enum outcome change_of_lost(struct system *s, const struct lost *l, const double
     return outcome;
 }
 
+int lost_row_closes(const struct system *s, const struct closed *c, const struct lost *l, int number, const double *gap,
+                    double roundings)
+{
+    double miss = 0.0, known = 0.0, farthest = 1.0;
+    for (int i = 0; i < s->n; i++)
+        farthest = fmax(farthest, fabs(c->q[i]) / s->unit[i]);
+    for (int j = 0; j < s->model->rows; j++) {
+        const double w = l->W[(size_t)number * s->model->rows + j] / c->length[j];
+        miss += w * gap[j];
+        known += fabs(w) * s->length;
+    }
+    return fabs(miss) <= roundings * DBL_EPSILON * farthest * known;
+}
+
 /* l->V: what of l->K is across the tangents at the place */
 static enum outcome find_across(struct system *s, const struct branch *b, const struct branch_place *p, struct lost *l)
 {

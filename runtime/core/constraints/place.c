@@ -113,20 +113,6 @@ static enum outcome factorise_beside(struct system *s, const struct branch *b, c
     return rank < b->rank - MOST_LOST || !rank ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
 }
 
-/* Whether lost row `a` closes at c->q, to rounding */
-static int closes(struct system *s, const struct closed *c, const struct lost *l, int a, const double *gap)
-{
-    double miss = 0.0, known = 0.0, farthest = 1.0;
-    for (int i = 0; i < s->n; i++)
-        farthest = fmax(farthest, fabs(c->q[i]) / s->unit[i]);
-    for (int j = 0; j < s->model->rows; j++) {
-        const double w = l->W[(size_t)a * s->model->rows + j] / c->length[j];
-        miss += w * gap[j];
-        known += fabs(w) * s->length;
-    }
-    return fabs(miss) <= ROUNDINGS * DBL_EPSILON * farthest * known;
-}
-
 /* Whether two branches cross where lost row a closes: its B, which is symmetric, has rank two and both signs, and so more of squares than of its trace. -1 when memory runs out */
 static int has_two_branches(struct system *s, const struct gradients *g, int a)
 {
@@ -169,7 +155,7 @@ static enum outcome decide(struct system *s, struct branch *b, const struct clos
         return OUTCOME_NO_MEMORY;
     }
     for (int a = 0; a < l->count; a++) {
-        const int shut = closes(s, c, l, a, gap);
+        const int shut = lost_row_closes(s, c, l, a, gap, ROUNDINGS);
         closed &= shut;
         const int two = has_two_branches(s, g, a);
         if (two < 0) {

@@ -125,28 +125,19 @@ static int closes_at_reference(struct system *s, const struct branch *b, struct 
 {
     const int n = s->n, rows = s->model->rows;
     const struct mark mark = s->arena->top;
-    double *q = TAKE(s->arena, double, n), *gap = TAKE(s->arena, double, rows), farthest = 1.0;
+    double *q = TAKE(s->arena, double, n), *gap = TAKE(s->arena, double, rows);
     struct lost l;
     int closes = 0;
     if (s->arena->ran_out)
         goto end;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         q[i] = b->reference[i] / s->unit[i];
-        farthest = fmax(farthest, fabs(q[i]));
-    }
     if (factorise_closure(s, b, q, c) || find_lost(s, b, c, &l))
         goto end;
     s->model->closure(s->k, b->reference, gap);
     closes = 1;
-    for (int a = 0; a < l.count; a++) {
-        double miss = 0.0, known = 0.0;
-        for (int j = 0; j < rows; j++) {
-            const double w = l.W[(size_t)a * rows + j] / c->length[j];
-            miss += w * gap[j];
-            known += fabs(w) * s->length;
-        }
-        closes &= fabs(miss) <= ROUNDINGS * DBL_EPSILON * farthest * known;
-    }
+    for (int a = 0; a < l.count; a++)
+        closes &= lost_row_closes(s, c, &l, a, gap, ROUNDINGS);
 end:
     give_back(s->arena, mark);
     return closes;
