@@ -30,8 +30,9 @@ the sum of, or where all of it is rounding: below the square of that part of all
 about a hundred tolerances of the run; of what is not bound to meet, all is far above."""
 
 SMOOTH = 1e-7
-"""Accelerations that change by less than this part of themselves at an instant do not jump there: where it lies is
-known to rounding of the time, and they are to its root at the worst, where a force vanishes as one."""
+"""Accelerations that change by less than this part of what loads alone give at an instant do not jump there: where it
+lies is known to rounding of the time, and they are to its root at the worst, where a force vanishes as one. What stands
+until then has none of its own to compare with."""
 
 RESTS = 1e-9
 """A rate is zero below this part of its terms."""
@@ -241,9 +242,10 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
     at = at_one(model, moving, t, q)
     slid = changed(*ways)
     names = tuple(model.contacts[c] for c in slid)
-    jump = float(np.max(np.abs(after - before)))
-    size = max(float(np.max(np.abs(after))), float(np.max(np.abs(before))))
-    if jump <= SMOOTH * size:
+    free, _ = _accelerations(model, t, q, u, u, ((), ()))
+    unit = model.coordinate_units
+    size = max(float(np.max(np.abs(each) / unit)) for each in (before, after, free))
+    if float(np.max(np.abs(after - before) / unit)) <= SMOOTH * size:
         let_go = tuple(model.contacts[c] for c, *_ in ways[0] if c not in {x for x, *_ in ways[1]})
         none = np.full((2 * n + 1, D), np.nan)
         return Part(np.eye(2 * n, D), (), Passed(t, "force ends", names or let_go, none[0], none[1:], np.eye(2 * n)))

@@ -10,6 +10,7 @@
  */
 #include "complementarity/sharing.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -17,7 +18,10 @@
 #include "algebra/orthogonal.h"
 #include "base/tolerances.h"
 
-enum { PASSES = 10 }; /* per limit; far more than ever needed */
+enum {
+    PASSES = 10,   /* per limit; far more than ever needed */
+    ROUNDINGS = 16 /* of a sum over limits */
+};
 
 /* Nonnegative least squares: the columns E[limits][m], one for each limit, and what of the last unit vector they do not reach */
 struct nearest {
@@ -84,6 +88,15 @@ static int settle(struct nearest *s)
             return 0;
     }
     return 1;
+}
+
+/* The size of the terms whose sum is what is left. Limits that contradict each other by v are pressed by 1 / v, so that rounding leaves eps / v of what is none. */
+static double size_of_terms(const struct nearest *s)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->limits; i++)
+        sum += s->u[i] * dot(s->m, s->E + (size_t)i * s->m, s->E + (size_t)i * s->m);
+    return sum;
 }
 
 static int solve_nearest(struct nearest *s)
@@ -206,7 +219,7 @@ static int go_to_nearest(const struct shared *c, int limits, const double *G, in
         const double least = c->beyond < 0.0 ? fmin(0.0, dot(c->rows, g, P)) : -c->beyond * scale;
         e[unseen] = (least - dot(c->rows, g, seen)) / scale;
     }
-    if (solve_nearest(&s) || !(s.left[unseen] > DEPENDENT_PIVOT))
+    if (solve_nearest(&s) || !(s.left[unseen] > fmax(DEPENDENT_PIVOT, ROUNDINGS * DBL_EPSILON * size_of_terms(&s))))
         return 1;
     for (int k = 0; k < unseen; k++)
         for (size_t i = 0; i < rows; i++)
