@@ -15,64 +15,108 @@ static void subtract(int n, double factor, const double *v, double *x)
 
 enum { ABREAST = 16 /* columns of which sums are kept at a time */ };
 
-/* The longest of columns k to `columns`, from row k on, the first where several are; the square of its length */
-static int longest(int n, int columns, const double *g, int k, double *square)
+/* The longest of columns k to `columns`, from row k on, the first where several are; the square of its length. square_of[known] has those that are as they were, and -1 for
+ * others. */
+static int longest(int n, int columns, int known, const double *g, int k, double *square_of, double *square)
 {
     double squares[ABREAST];
     int best = k;
     *square = -1.0;
-    for (int j = k; j < columns; j += ABREAST) {
-        const int count = columns - j < ABREAST ? columns - j : ABREAST;
+    for (int j = k; j < columns;) {
+        int count = 0;
+        while (j + count < columns && count < ABREAST && (j + count >= known || square_of[j + count] < 0.0))
+            count++;
         dots(n - k, count, (size_t)n, NULL, g + (size_t)j * n + k, squares);
-        for (int i = 0; i < count; i++)
-            if (squares[i] > *square) {
-                *square = squares[i];
+        const int either = count ? count : 1; /* one that is known, where none is not */
+        for (int i = 0; i < either; i++) {
+            const double here = count ? squares[i] : square_of[j];
+            if (j + i < known)
+                square_of[j + i] = here;
+            if (here > *square) {
+                *square = here;
                 best = j + i;
             }
+        }
+        j += either;
     }
     return best;
 }
 
-/* Reflect columns k + 1 to `columns` by v, which is column k from row k on. */
-static void reflect_columns(int n, int columns, double *g, int k, double beta)
+enum { FEW = 128 /* entries of a column that is taken as sparse */ };
+
+/* The entries of v[n] that are not zero into list[FEW]: how many; FEW where they are not so few, or no fewer than half */
+static int list_entries(int n, const double *v, int *list)
+{
+    int count = 0;
+    for (int i = 0; i < n && count < FEW; i++)
+        if (v[i] != 0.0)
+            list[count++] = i;
+    return 2 * count < n ? count : FEW;
+}
+
+/* Reflect columns k + 1 to `columns` by v, which is column k from row k on. Of mechanisms with many links most entries are zero, and skipped: sums are the same to the bit. */
+static void reflect_columns(int n, int columns, int known, double *g, int k, double beta, double *square_of)
 {
     double sums[ABREAST];
+    int list[FEW];
     const double *v = g + (size_t)k * n + k;
+    const int few = list_entries(n - k, v, list);
     for (int j = k + 1; j < columns; j += ABREAST) {
         const int count = columns - j < ABREAST ? columns - j : ABREAST;
-        dots(n - k, count, (size_t)n, v, g + (size_t)j * n + k, sums);
-        for (int i = 0; i < count; i++)
-            subtract(n - k, beta * sums[i], v, g + (size_t)(j + i) * n + k);
+        if (few == FEW)
+            dots(n - k, count, (size_t)n, v, g + (size_t)j * n + k, sums);
+        for (int i = 0; i < count; i++) {
+            double *x = g + (size_t)(j + i) * n + k;
+            if (few < FEW) {
+                sums[i] = 0.0;
+                for (int l = 0; l < few; l++)
+                    sums[i] += v[list[l]] * x[list[l]];
+                for (int l = 0; l < few && sums[i] != 0.0; l++)
+                    x[list[l]] -= beta * sums[i] * v[list[l]];
+            } else
+                subtract(n - k, beta * sums[i], v, x);
+            if (j + i < known && (sums[i] != 0.0 || x[0] != 0.0)) /* the next do not count row k */
+                square_of[j + i] = -1.0;
+        }
     }
+}
+
+/* Swap columns k and `best`, with what is known of them */
+static void swap_columns(int n, double *g, int k, int best, int known, double *square_of, int *order)
+{
+    for (int i = 0; i < n; i++) {
+        const double swap = g[(size_t)k * n + i];
+        g[(size_t)k * n + i] = g[(size_t)best * n + i];
+        g[(size_t)best * n + i] = swap;
+    }
+    if (best < known)
+        square_of[best] = square_of[k];
+    const int swap = order[k];
+    order[k] = order[best];
+    order[best] = swap;
 }
 
 int reduce_columns(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
 {
     const int most = n < columns ? n : columns;
-    double first = 0.0;
+    double first = 0.0, *square_of = diagonal; /* of columns that are not reduced yet */
+    for (int j = 0; j < most; j++)
+        square_of[j] = -1.0;
     for (int k = 0; k < most; k++) {
         double length;
-        const int best = longest(n, order ? columns : k + 1, g, k, &length);
+        const int best = longest(n, order ? columns : k + 1, most, g, k, square_of, &length);
         length = sqrt(length);
         if (k == 0)
             first = length;
         if (!(length > nearest * first) || length == 0.0)
             return k;
-        if (best != k) {
-            for (int i = 0; i < n; i++) {
-                const double swap = g[(size_t)k * n + i];
-                g[(size_t)k * n + i] = g[(size_t)best * n + i];
-                g[(size_t)best * n + i] = swap;
-            }
-            const int swap = order[k];
-            order[k] = order[best];
-            order[best] = swap;
-        }
+        if (best != k)
+            swap_columns(n, g, k, best, most, square_of, order);
         double *v = g + (size_t)k * n;
         diagonal[k] = v[k] > 0.0 ? -length : length;
         v[k] -= diagonal[k];
         beta[k] = 2.0 / dot(n - k, v + k, v + k);
-        reflect_columns(n, columns, g, k, beta[k]);
+        reflect_columns(n, columns, most, g, k, beta[k], square_of);
     }
     return most;
 }
