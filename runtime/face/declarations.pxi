@@ -84,7 +84,6 @@ cdef extern from *:
         void *context
         interruption *interruption
         arena *arena
-        int projects_stages
         real baumgarte
         void *active
         real length, time, energy

@@ -204,24 +204,16 @@ def test_what_comes_after_a_corner_does_not_change_what_is_before(
 
 
 @pytest.mark.hard
-def test_two_corners_across_a_line_are_passed_or_said(workshop: Workshop, reach: Reach) -> None:
-    """Steps that end at each of two corners within 1e-5 s, one before the line and one behind it, may find no way on.
-
-    Such a run says so after 10,000 steps: in 90,000 it could get on to another branch.
-    """
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+def test_two_corners_across_a_line_are_passed(method: str, workshop: Workshop, reach: Reach) -> None:
+    """Steps end at each of two corners within 1e-5 s of the line, before it, behind it, or on both sides."""
     model = weightless(workshop)
     rng = np.random.default_rng(0)
-    off, ended = [], 0
-    for method in ("gauss", "dop853"):
-        for _ in range(40):
-            corners = LINE + np.sort(rng.uniform(-1e-5, 1e-5, 2))
-            table = {"t": [0.0, *corners], "push": [0.0, 0.0, 1e-9]}
-            run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
-            ended += run.success
-            if run.success:
-                off.append(abs(run.u[-1] - [10.0, 0.0, 10.0]).max())
-            else:
-                assert abs(run.t[-1] - LINE) < 1e-5 and "no step is small enough" in run.message
-                assert len(run.t) < 12_000
-    assert ended >= 50
-    reach("parallelogram, two corners within 1e-5 s across its line: rates, rad/s", float(max(off)), 1e-6)
+    off = []
+    for _ in range(40):
+        corners = LINE + np.sort(rng.uniform(-1e-5, 1e-5, 2))
+        table = {"t": [0.0, *corners], "push": [0.0, 0.0, 1e-9]}
+        run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
+        assert run.success and len(run.t) < 50, run.message
+        off.append(abs(run.u[-1] - [10.0, 0.0, 10.0]).max())
+    reach(f"parallelogram by {method}, two corners within 1e-5 s across its line: rates, rad/s", max(off), 1e-10)

@@ -300,3 +300,33 @@ def test_steps_of_fixed_length_do_not_leave_the_energy(workshop: Workshop) -> No
     run = simulate(model, until=2.0, method="gauss", step=1e-3)
     assert ending(run) in ("not_kept", "overstepped")
     assert run.t[-1] == pytest.approx(0.552, abs=1e-3) and rise(run) < 5e-5
+
+
+def box(name: str, length: float) -> str:
+    corners = f"a = [-0.05, -0.05], b = [{length + 0.05!r}, -0.05], c = [{length + 0.05!r}, 0.05], d = [-0.05, 0.05]"
+    ends = f"A = [0, 0], B = [{length!r}, 0]"
+    plate = 'plate = { mass = 1.0, corners = ["a", "b", "c", "d"] }\noutline = ["a", "b", "c", "d"]\n'
+    return f'[[link]]\nname = "{name}"\n{plate}points = {{ {ends}, {corners} }}\n'
+
+
+BOXES = {"base": 1.0, "right": 0.6, "top": 0.9, "left": 0.7}
+RING = (("base.B", "right.A"), ("right.B", "top.A"), ("top.B", "left.A"), ("left.B", "base.A"))
+
+
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+def test_a_ring_of_boxes_strikes_where_it_lies_in_a_line(method: str, workshop: Workshop, reach: Reach) -> None:
+    """It has 1 + 0.6 = 0.9 + 0.7 m, falls flat on its side, strikes there again and again, and comes to lie: event by
+    event, with all energy in its impacts and friction."""
+    links = "".join(box(name, length) for name, length in BOXES.items())
+    joints = "".join(f'[[joint]]\nbetween = ["{one}", "{other}"]\n' for one, other in RING)
+    corners = ", ".join(f'"{name}.{corner}"' for name in BOXES for corner in "abcd")
+    ground = f"[[ground]]\nrestitution = 0.6\nfriction = 0.3\ncontacts = [{corners}]\n"
+    angles = '{ base = "0 deg", right = "60 deg", top = "180 deg", left = "240 deg" }'
+    start = f"[start]\nangles = {angles}\nposition = [0, 0.25]\n"
+    model = workshop.model(f'name = "boxes"\n{links}{joints}{ground}{start}[gravity]\n[run]\nuntil = 5.0\n')
+    run = simulate(model, method=method)
+    assert run.success, run.message
+    assert all(phase.kind != "steps" for phase in run.phases) and len(run.t) < 3000
+    energy = np.sum(model.energy(run.q, run.u), axis=0)
+    reach(f"ring of boxes on its side, {method}: energy, of what it had", run.energy_drift / energy[0], 1e-7)
+    assert run.phases[-1].kind == "contact" and np.max(np.abs(run.u[-1])) < 1e-9

@@ -39,9 +39,16 @@ def loops(workshop: Workshop, n: int, walls: bool) -> Model:
 
 
 def in_wide_numbers(model: Model, workshop: Workshop) -> Any:
-    """The same loop, free."""
-    lengths = {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
-    return workshop.model(loop(len(model.links)), precision="wide").with_parameters(lengths)
+    """The same loop, free, of lengths that are multiples of 2^-53 and whose signed sum is zero without rounding.
+
+    By what it misses its line in wide numbers, 1e-17, it would pass the line by, and turn.
+    """
+    count = len(model.links)
+    sizes = np.array([round(model.parameters[f"link_{k}.length"] * 2**53) for k in range(count)])
+    signs = np.array(min(product((-1, 1), repeat=count), key=lambda signs: abs(sizes @ np.array(signs))))
+    sizes[0] -= signs[0] * (sizes @ signs)
+    wide = workshop.model(loop(count), precision="wide")
+    return wide.with_parameters({f"link_{k}.length": float(size) / 2**53 for k, size in enumerate(sizes)})
 
 
 def lengths(n: int, rng: np.random.Generator) -> Any:
@@ -106,14 +113,11 @@ def passes(run: Run, k: int) -> bool:
     return float(least_shares(run.model, run.q[k] + x * (change + (1 - x) * ((1 - x) * a + x * b))).min()) < 2e-3
 
 
-@pytest.mark.parametrize(("seed", "bound"), [(387, 7e-13), hard(540, 1e-11), hard(588, 7e-13), hard(667, 7e-13)])
+@pytest.mark.parametrize(("seed", "bound"), [(387, 7e-13), hard(540, 7e-13), hard(588, 7e-13), hard(667, 7e-13)])
 def test_velocities_behind_lines_are_those_of_wide_numbers(
     seed: int, bound: float, workshop: Workshop, reach: Reach
 ) -> None:
-    """Of some thousand spins these have most of a velocity unknown behind a line, were there not the energy.
-
-    With it what is unknown falls to a tenth and less, in all directions; not of 540, which turns back beside a line.
-    """
+    """Of some thousand spins the closure leaves most of a velocity unknown in these; 540 turns back beside a line."""
     (model, q, u), _ = spins(workshop, False, seed)
     run = simulate(model, q, u, until=1.0, rtol=1e-15, method="gauss")
     wide = in_wide_numbers(model, workshop)
@@ -197,8 +201,7 @@ def test_states_beside_lines(method: str, rtol: float, walls: bool, workshop: Wo
     bound = 1e-11 + 20.0 * rtol
     reach(f"looks {case}: energy, of that of the row before", max(looks), bound)
     reach(f"runs that end {case}: energy, of that at the start", max(ends), bound)
-    # dop853 may be so near when it first sees the line that no step past it is found: a run of seed 62 takes 4,494 rows
-    reach(f"runs that end {case}: rows", max(rows), 100.0 if method == "gauss" else 10_000.0)
+    reach(f"runs that end {case}: rows", max(rows), 25.0)
 
 
 @pytest.mark.parametrize("method", ["gauss", "dop853"])
@@ -223,9 +226,7 @@ def test_runs_go_on_from_beside_lines(method: str, workshop: Workshop, reach: Re
 
 @pytest.mark.parametrize("method", ["gauss", "dop853"])
 def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop: Workshop, reach: Reach) -> None:
-    """A look in doubles beside the end of a run in wide numbers.
-
-    Steps past lines begin where velocities are known to 1e-9; their stages next to the line are five times nearer."""
+    """A look in doubles beside the end of a run in wide numbers."""
     worst = [0.0]
     for seed in (6, 11):
         (model, q, u), _ = spins(workshop, False, seed)
@@ -238,7 +239,7 @@ def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop
             misses = np.abs(np.asarray(run.at(t)[1] - exact.u[-1], dtype=float))
             worst.append(float(misses.max() / np.abs(run.u[k]).max()))
     assert len(worst) > 20
-    reach(f"looks beside lines by {method}: velocities, of the largest, beside wide numbers", max(worst), 3e-8)
+    reach(f"looks beside lines by {method}: velocities, of the largest, beside wide numbers", max(worst), 1e-12)
 
 
 def _before_line(run: Run, k: int, share: float) -> float:
@@ -297,9 +298,7 @@ def test_forces_beside_lines_are_those_of_wide_numbers(
 def test_lines_are_passed_by_other_methods(
     count: int, method: str, rtol: float, walls: bool, workshop: Workshop, reach: Reach
 ) -> None:
-    """Their steps are shorter than those of collocation, which takes over before a line with steps of its own length.
-
-    Away from lines each of some thousand steps may miss a part of rtol."""
+    """Away from lines each of some thousand steps may miss a part of rtol."""
     bounds = 1e-11 + 20.0 * rtol, min(1e-11 + 100.0 * rtol, 1e-9)
     _pass_lines(range(count), rtol, walls, method, bounds, workshop, reach)
 
@@ -327,4 +326,4 @@ def _pass_lines(
     case = f"{len(seeds)} loops past lines{' between walls' if walls else ''}{by}, rtol {rtol:g}"
     reach(f"{case}: energy, of that at the start, of 97 in 100", float(np.quantile(rises, 0.97)), energies[0])
     reach(f"{case}: energy, of that at the start, of all", max(rises), energies[1])
-    reach(f"{case}: rows, of those of a neighbour that misses the line", max(steps), 50.0)
+    reach(f"{case}: rows, of those of a neighbour that misses the line", max(steps), 3.0)

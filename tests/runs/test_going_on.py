@@ -311,7 +311,7 @@ def test_all_that_a_phase_remembers_is_part_of_the_state() -> None:
     assert declared
     plain = re.sub(r"/\*.*?\*/", "", declared[1], flags=re.S)
     members = {name for line in plain.split(";") for name in re.findall(r"(\w+)(?:\[\d+\])?\s*(?:,|$)", line.strip())}
-    assert {"since", "energy", "energy_end", "passage"} <= members
+    assert {"since", "energy", "energy_end", "follows"} <= members
     listed = set(re.findall(r"\bat->(\w+)", (core / "hybrid" / "state.c").read_text()))
     assert members == listed
 

@@ -61,7 +61,6 @@ ELSEWHERE = {
     "hybrid/time_stepping.c": (1, "how long time stepping is tried before event by event"),
     "interface/simulation.c": (1, "the default of rtol"),
     "steps/pace.c": (1, "how long a run may take"),
-    "steps/singular_step.c": (1, "a length of a step that need not change"),
     "steps/step_control.c": (4, "the first step of Hairer, Norsett, Wanner, and an error of zero"),
     "steps/step_search.c": (1, "roots end at the last digit; a zero is taken for just behind it"),
 }

@@ -108,9 +108,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(REFINED_BY_KERNEL, (4096.0 * DBL_EPSILON), OF_RELATIVE, \
       "the same of a correction by the kernel", \
       "some thousand roundings of the unreduced equations (as REFINED_ENOUGH)") \
-    X(ALONE, 4.0, OF_RELATIVE, \
-      "times nearer to dependence than all others rows are in one way alone", \
-      "what is unknown of velocities goes as 1 / sigma^2: of the others it is then a sixteenth") \
     X(HOPELESS, 1e-3, OF_RELATIVE, \
       "a last correction that is more leaves nothing known", \
       "less than three digits of an acceleration are no solution") \
@@ -171,9 +168,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "rates that are this part of the fastest motion are rounding", \
       "rates are sums over the links as places are: some thousand roundings (as SHUT)") \
     LAYER(steps) \
-    X(INTERPOLATED, 1e-15, OF_RELATIVE, \
-      "runs by a smaller rtol, in wide numbers, follow no branch past singular configurations", \
-      "sixteen points miss that much of a branch that is smooth over five times their way, 10^-16, and some more") \
     X(SLOPE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "part of a piece of a step over whose change the slope of a switching function is taken", \
       "ten digits are left of a slope whose values have sixteen, and its bend over a millionth is as little") \
@@ -264,15 +258,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(WILD, 1e6, OF_TOLERANCE, \
       "error of a step that no mere length explains", \
       "with an order of 8, a step six times too long has 1.7e6") \
-    X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
-      "times rounding / sigma^2: what velocities across a singular configuration are known to", \
-      "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
     X(GUIDED, 0.0625, OF_TOLERANCE, \
-      "what the estimate of a step about a singular configuration may be", \
-      "stages that are put back move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \
-    X(KNOWN_AT_LEAST, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
-      "velocities are not taken for known less than that, however near rows are to dependence", \
-      "the default rtol: a step that misses more would be wrong for whoever has not asked for anything") \
+      "what the estimate of a step along a branch may be", \
+      "stages that are put onto a branch move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \
     X(MAGNIFIED, 4.0, OF_RELATIVE, \
       "times what it missed: the way back of a state far from singular ones", \
       "a projection goes as 1 / sigma; elsewhere sigma is above a quarter") \
@@ -285,9 +273,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(LOOK_AHEAD, 1.5, OF_RELATIVE, \
       "steps so far ahead in which a singular configuration is looked for", \
       "a step that ends before it leaves the next half a step") \
-    X(PLACED, 0.05, OF_RELATIVE, \
-      "part of a step by which a configuration may be beside its place", \
-      "between two stages there is a tenth of a step or more, and half of that may be lost") \
     X(MARGIN, 4.0, OF_RELATIVE, \
       "a gap is the sum of so many of what is unknown of places", \
       "a contact, its two links and the ground") \
@@ -431,6 +416,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "times rounding and length: a gap that changes less between two events has not moved", \
       "sixteen units of the last digit: four bits of a change are known (as SHORTEST)") \
     LAYER(interface) \
+    X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
+      "times rounding / sigma^2: what velocities across a singular configuration are known to", \
+      "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
     X(BEHIND, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
       "a gap further behind its surface is no rounding", \
       "ten times the default rtol: as wide as what counts as closed at most (COARSEST_GAP)") \

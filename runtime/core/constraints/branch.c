@@ -388,6 +388,16 @@ int passes_by(const struct system *s)
     return s->branch && s->branch->kind != CROSSES;
 }
 
+int goes_through_crossing(const struct system *s)
+{
+    return s->branch && s->branch->kind == CROSSES && s->branch->comes_back == 0.0;
+}
+
+double nearest_margin(const struct system *s)
+{
+    return passes_by(s) ? fmin(s->branch->begins.margin, s->branch->last.margin) : 1.0;
+}
+
 double time_to_place(const struct system *s, const double *u)
 {
     const struct branch *b = s->branch;
@@ -414,6 +424,12 @@ int is_place_on_branch(const struct system *s, const double *q)
 int is_on_branch(const struct system *s, const double *q, const double *u)
 {
     return is_place_on_branch(s, q) && !memcmp(s->branch->state + s->n, u, s->n * sizeof *u);
+}
+
+void read_state_on_branch(const struct system *s, double *q, double *u)
+{
+    memcpy(q, s->branch->state, s->n * sizeof *q);
+    memcpy(u, s->branch->state + s->n, s->n * sizeof *u);
 }
 
 const double *branch_tangents(const struct branch *b)

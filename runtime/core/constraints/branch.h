@@ -22,12 +22,21 @@ int follows_at(struct system *s, const double *q);
 /* Whether the system follows a branch that passes by a place, where rows tell all that they tell elsewhere */
 int passes_by(const struct system *s);
 
+/* Whether the system follows a branch through a place where it crosses another */
+int goes_through_crossing(const struct system *s);
+
+/* How near to dependence rows have come since the chart has begun where the system passes a place by; 1 else: what rounding is to be divided by */
+double nearest_margin(const struct system *s);
+
 /* The time after which a motion that begins with velocities u[n] where the chart does comes nearest to the place that it passes by; 0 where that is not known, or behind */
 double time_to_place(const struct system *s, const double *u);
 
 /* Whether the state is the one that was put onto the system's branch last, or a configuration its configuration */
 int is_on_branch(const struct system *s, const double *q, const double *u);
 int is_place_on_branch(const struct system *s, const double *q);
+
+/* q[n] and u[n] <- the state that was put onto the system's branch last */
+void read_state_on_branch(const struct system *s, double *q, double *u);
 
 /* T[freedom][n], tangents of the branch there, in units of the coordinates */
 const double *branch_tangents(const struct branch *b);

@@ -1,5 +1,5 @@
 /* A branch of the closure as a graph over its tangents T0 at one place, y = T0 (q - q0): where all rows count, the configuration at y follows by Newton's iteration, and its
- * tangents T = dq/dy with the same factors (docs/theory, eq. 8.9). */
+ * tangents T = dq/dy with the same factors (docs/theory, eq. 8.8). */
 #include "constraints/chart.h"
 
 #include <float.h>
@@ -151,7 +151,7 @@ int solve_in_chart(const struct system *s, const struct branch *b, struct closed
     return 1;
 }
 
-/* With a place q* that the motion passes by, or that is on the branch, they are the integral of A along q - q* times that (eq. 8.11), and what the closure misses at q*: known
+/* With a place q* that the motion passes by, or that is on the branch, they are the integral of A along q - q* times that (eq. 8.10), and what the closure misses at q*: known
  * to rounding times the way, not to rounding, and so the better the nearer. */
 enum outcome write_gaps(struct system *s, const struct branch *b, const struct closed *c, double *gap)
 {

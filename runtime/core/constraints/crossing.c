@@ -113,18 +113,36 @@ enum outcome change_of_lost(struct system *s, const struct lost *l, const double
     return outcome;
 }
 
-int lost_row_closes(const struct system *s, const struct closed *c, const struct lost *l, int number, const double *gap,
-                    double roundings)
+/* The largest number whose rounding the closure at q[n] has, in units: positions of links, or coordinates; at least 1. Infinite when memory runs out */
+static double farthest_place(const struct system *s, const double *q)
 {
-    double miss = 0.0, known = 0.0, farthest = 1.0;
+    const size_t links = s->model->links;
+    const struct mark mark = s->arena->top;
+    double *poses = TAKE(s->arena, double, 3 * links), found = 1.0;
+    if (s->arena->ran_out) {
+        give_back(s->arena, mark);
+        return INFINITY;
+    }
+    s->model->poses(s->k, q, poses);
+    for (size_t k = 0; k < links; k++)
+        found = fmax(found, fmax(fabs(poses[3 * k]), fabs(poses[3 * k + 1])) / s->length);
     for (int i = 0; i < s->n; i++)
-        farthest = fmax(farthest, fabs(c->q[i]) / s->unit[i]);
+        found = fmax(found, fabs(q[i]) / s->unit[i]);
+    give_back(s->arena, mark);
+    return found;
+}
+
+enum { ROUNDINGS = 4 }; /* of a sum of two positions that the closure is the difference of */
+
+int lost_row_closes(const struct system *s, const struct closed *c, const struct lost *l, int number, const double *gap)
+{
+    double miss = 0.0, known = 0.0;
     for (int j = 0; j < s->model->rows; j++) {
         const double w = l->W[(size_t)number * s->model->rows + j] / c->length[j];
         miss += w * gap[j];
         known += fabs(w) * s->length;
     }
-    return fabs(miss) <= roundings * DBL_EPSILON * farthest * known;
+    return fabs(miss) <= ROUNDINGS * DBL_EPSILON * farthest_place(s, c->q) * known;
 }
 
 /* l->V: what of l->K is across the tangents at the place */

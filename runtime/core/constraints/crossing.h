@@ -28,9 +28,9 @@ enum outcome rows_of_lost(struct system *s, const struct lost *l, const double *
 /* change[count][n]: by how much the rows that are about to be lost change along x[n] in units, per unit of it */
 enum outcome change_of_lost(struct system *s, const struct lost *l, const double *q, const double *x, double *change);
 
-/* Whether a row that is about to be lost closes at c->q, where gap[rows] of the closure are, but for so many roundings of its terms */
-int lost_row_closes(const struct system *s, const struct closed *c, const struct lost *l, int number, const double *gap,
-                    double roundings);
+/* Whether a row that is about to be lost closes at c->q, where gap[rows] of the closure are, but for the rounding of its terms */
+int lost_row_closes(const struct system *s, const struct closed *c, const struct lost *l, int number,
+                    const double *gap);
 
 /* The ray at the known place; NOT_CLOSED where none crosses */
 enum outcome find_crossing(struct system *s, const struct branch *b, struct closed *c, struct crossing *x);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 #include "model/contacts.h"
@@ -64,7 +65,8 @@ enum outcome delassus(struct system *s, const double *q, int count, const int *s
     double *units = TAKE_ZEROS(s->arena, double, ((size_t)all * width_of(s)));
     double *answers = TAKE(s->arena, double, ((size_t)all * width_of(s)));
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (!outcome && (s->refine || delassus_at_once(s, q, count, set, units, answers, columns, W)))
+    if (!outcome &&
+        (s->refine || is_place_on_branch(s, q) || delassus_at_once(s, q, count, set, units, answers, columns, W)))
         outcome = delassus_by_columns(s, q, count, set, columns, W);
     give_back(s->arena, mark);
     for (int i = 0; i < all && !outcome; i++)

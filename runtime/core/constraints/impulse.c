@@ -1,6 +1,7 @@
 /* Jumps of the velocities: the generated kernels, or the null-space path where they lose rank. */
 #include "constraints/impulse.h"
 
+#include "constraints/branch.h"
 #include "constraints/contact_forces.h"
 #include "constraints/nullspace.h"
 #include "constraints/refinement.h"
@@ -8,7 +9,7 @@
 enum outcome system_impulse(struct system *s, const double *q, const double *f, const double *y, double nearest,
                             double *du, double *Lambda)
 {
-    if (!s->model->impulse(s->k, q, f, y, du, Lambda))
+    if (!is_place_on_branch(s, q) && !s->model->impulse(s->k, q, f, y, du, Lambda))
         return s->refine ? refine_impulse(s, q, f, y, du, Lambda) : OUTCOME_DONE;
     return solve_in_nullspace(s, q, 0, y, NULL, nearest, momentum_residual, f, du, Lambda);
 }

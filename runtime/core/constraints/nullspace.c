@@ -111,24 +111,6 @@ int left_null_vector(struct system *s, const double *q, int number, double *lamb
     return lost;
 }
 
-int nearly_lost_rates(struct system *s, const double *q, double *rates)
-{
-    const int rows = s->model->rows + s->model->drives;
-    const struct mark mark = s->arena->top;
-    struct factors f;
-    const int rank = factorise_rows(s, q, &f), last = rank - 1;
-    int one = rank > 0 && rank == rows;
-    for (int k = 0; k < last && one; k++)
-        one = fabs(f.diagonal[k]) > ALONE * fabs(f.diagonal[last]);
-    if (one) {
-        cancelling(&f, s->n, last, last, rows, rates);
-        for (int j = 0; j < rows; j++)
-            rates[j] *= f.length[j] * f.length[j];
-    }
-    give_back(s->arena, mark);
-    return one;
-}
-
 double rank_margin(struct system *s, const double *q)
 {
     double nearest;
@@ -229,7 +211,7 @@ static void move_along(const struct system *s, const double *T, int freedom, con
             x[i] += z[j] * T[(size_t)j * s->n + i] * s->unit[i];
 }
 
-/* Motions along the system's branch (eq. 8.10), which rows of driven joints and of held contacts leave: those of the closure are kept by any. Rates of driven joints as prescribed at *t,
+/* Motions along the system's branch (eq. 8.9), which rows of driven joints and of held contacts leave: those of the closure are kept by any. Rates of driven joints as prescribed at *t,
  * or speed[drives], or none. push[contacts] are zeros. */
 static enum outcome factorise_along_branch(struct system *s, const double *q, int held, const double *y,
                                            const double *t, const double *speed, double *push, double nearest,
@@ -262,7 +244,9 @@ static enum outcome factorise_along_branch(struct system *s, const double *q, in
             f->g[(size_t)k * d + i] = sum;
         }
     }
-    const int count = reduce_columns(d, rows, f->g, nearest, f->diagonal, f->beta, f->order);
+    /* rows have as many digits less as tangents have */
+    const double known = fmin(nearest / nearest_margin(s), fmax(nearest, RANK_TOLERANCE_PROJECTED));
+    const int count = reduce_columns(d, rows, f->g, known, f->diagonal, f->beta, f->order);
     z->along = s->model->rows;
     z->rank = b->rank + count;
     for (int k = 0; k < count; k++)

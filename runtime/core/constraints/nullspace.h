@@ -68,8 +68,4 @@ int free_motions(struct system *s, const double *q, double *motions);
 /* lambda[rows + drives] with lambda . A = 0 for row number 0, 1, ... of those that do not count; whether there is one */
 int left_null_vector(struct system *s, const double *q, int number, double *lambda);
 
-/* rates[rows + drives] by which these rows change where the motion that they all but leave free goes on, times what makes it fast; whether there is
- * one such motion, the others being fixed several times as well */
-int nearly_lost_rates(struct system *s, const double *q, double *rates);
-
 #endif

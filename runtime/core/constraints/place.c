@@ -1,4 +1,4 @@
-/* What lies near a configuration at which rows of the closure are all but dependent (docs/theory, eq. 8.12).
+/* What lies near a configuration at which rows of the closure are all but dependent (docs/theory, eq. 8.11).
  *
  * The rows W that are about to be lost miss phi(z) = W g along the directions K that the others leave, those being kept closed: the reduction of Lyapunov and Schmidt
  * (M. Golubitsky, D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, 1985, chapter VII). The place is where phi has no gradient, W A K = 0; Newton's
@@ -23,7 +23,7 @@ static const double FLAT = 1e-3;     /* of the most that rows turn by what turns
 static const double FARTHEST = 0.5;  /* the longest correction */
 static const double KNOWN = 64.0;    /* roundings of a gradient */
 static const double NEAR = 10.0;     /* times as far as rows are from dependence another place is looked for */
-static const double ROUNDINGS = 4.0; /* of each of the terms of what loops miss */
+static const double ROUNDINGS = 4.0; /* of a step of the iteration that is none */
 
 /* The gradients along all directions that the rows which are kept leave, and how these change along them */
 struct gradients {
@@ -155,7 +155,7 @@ static enum outcome decide(struct system *s, struct branch *b, const struct clos
         return OUTCOME_NO_MEMORY;
     }
     for (int a = 0; a < l->count; a++) {
-        const int shut = lost_row_closes(s, c, l, a, gap, ROUNDINGS);
+        const int shut = lost_row_closes(s, c, l, a, gap);
         closed &= shut;
         const int two = has_two_branches(s, g, a);
         if (two < 0) {

@@ -1,5 +1,5 @@
 /* A branch of the closure across a place where rows are dependent: through Chebyshev points of a ray y + x e on both sides of it, at which the closure is well conditioned
- * (docs/theory, eq. 8.11). Where no branch passes the last coefficients of its tangents are large, or the loops do not close at the place.
+ * (docs/theory, eq. 8.10). Where no branch passes the last coefficients of its tangents are large, or the loops do not close at the place.
  */
 #include "constraints/ray.h"
 
@@ -13,7 +13,7 @@
 
 enum { ROUNDINGS = 16 };
 static const double WIDEST =
-    0.2; /* distance from dependence of the outermost nodes; each further try has half of it, */
+    0.1; /* distance from dependence of the outermost nodes; each further try has half of it, */
 static const double NARROWEST = 0.025; /* down to this */
 
 void interpolate(const struct system *s, struct branch *b, const double *y, double x)
@@ -137,7 +137,7 @@ static int closes_at_reference(struct system *s, const struct branch *b, struct 
     s->model->closure(s->k, b->reference, gap);
     closes = 1;
     for (int a = 0; a < l.count; a++)
-        closes &= lost_row_closes(s, c, &l, a, gap, ROUNDINGS);
+        closes &= lost_row_closes(s, c, &l, a, gap);
 end:
     give_back(s->arena, mark);
     return closes;

@@ -120,7 +120,9 @@ static enum outcome move(struct automaton *a, struct phase *f)
 static enum outcome strike(struct automaton *a, struct phase *f)
 {
     const size_t impacts = f->run->impacts.count;
-    const enum outcome outcome = resolve_impacts(f, a->event.watch == CLOSES ? a->event.contact : -1);
+    enum outcome outcome = strike_on_branch(f);
+    outcome = outcome ? outcome : resolve_impacts(f, a->event.watch == CLOSES ? a->event.contact : -1);
+    f->s->branch = NULL;
     a->struck = f->run->impacts.count > impacts;
     return outcome;
 }
@@ -267,8 +269,7 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
 static void hand_over(struct automaton *a, struct phase *f)
 {
     struct run *run = f->run;
-    f->at = (struct progress){
-        .place = NAN, .seen = f->at.seen, .slow = f->at.slow, .widest = f->at.widest, .follows = f->at.follows};
+    f->at = (struct progress){.seen = f->at.seen, .slow = f->at.slow, .widest = f->at.widest, .follows = f->at.follows};
     f->h = 0.0;
     memset(f->tight, 0, f->s->model->contacts * sizeof *f->tight);
     a->event = NO_EVENT;

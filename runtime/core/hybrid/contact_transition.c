@@ -303,7 +303,9 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
 {
     d->events_crowd = resting == ALL_REST;
     d->loss = loss;
-    enum outcome outcome = gather_candidates(f, d);
+    enum outcome outcome = decide_on_branch(f);
+    outcome = outcome ? outcome : gather_candidates(f, d);
+    f->s->branch = NULL;
     d->chosen = outcome ? 0 : choose_to_leave(d);
     if (!outcome && d->count && f->s->model->drives)
         outcome = leave_out_immovable(f, d);

@@ -10,6 +10,7 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
 #include "model/contacts.h"
@@ -140,6 +141,8 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
     const enum outcome outcome = evaluate_derivative(f);
     if (outcome)
         return outcome;
+    if (s->branch) /* as it was evaluated */
+        read_state_on_branch(s, f->y, f->y + s->n);
     const double *rates = a->rates, *bias = a->bias, *slips = a->slips;
     free_accelerations(s, f->y, f->dy, 0, a->rates, a->bias);
     contact_gaps(s, q, f->gaps);

@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 18;
+    kind.version = 19;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -52,17 +52,12 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->meets)                          \
     NUMBER(at->stretch)                        \
     NUMBER(at->stretch_end)                    \
-    NUMBER(at->place)                          \
-    NUMBER(at->own)                            \
-    NUMBER(at->passage)                        \
     NUMBER(f->branch.rank)                     \
     NUMBER(f->branch.placed)                   \
     ARRAY(f->branch.place, f->s->n)            \
     ARRAY(f->branch.offset, f->s->model->rows) \
     NUMBER(at->widest)                         \
     NUMBER(at->follows)                        \
-    NUMBER(at->nearer)                         \
-    NUMBER(at->cuts)                           \
     NUMBER(at->gap_uncertainty)                \
     NUMBER(at->flat)                           \
     NUMBER(at->seen)                           \
@@ -176,7 +171,7 @@ static int is_sound(const struct automaton *a, const struct phase *f)
 {
     const struct active_set *h = &f->active;
     const int c = f->s->model->contacts;
-    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ABOUT || f->branch.rank < 0 || f->branch.rank > f->s->n ||
+    int wrong = a->stage >= STAGES_OF_RUN || f->branch.rank < 0 || f->branch.rank > f->s->n ||
                 f->branch.rank > f->s->model->rows || f->branch.placed < 0 ||
                 f->branch.placed > (f->branch.chart != NULL) || h->count < 0 || h->count > c || h->rows < h->count ||
                 h->rows > 2 * h->count || h->implied < 0 || h->implied > c || a->event.contact < -1 ||

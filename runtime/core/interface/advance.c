@@ -33,7 +33,7 @@ static enum outcome begin_at(const struct stretch *w, const struct method *metho
     s->branch = NULL;
     a->run = (struct run){.method = method, .tolerance = w->tolerance};
     a->run.tolerance.unit = s->unit;
-    a->f = (struct phase){.s = s, .run = &a->run, .t = w->t[end], .at.place = NAN};
+    a->f = (struct phase){.s = s, .run = &a->run, .t = w->t[end]};
     a->mark = s->arena->top;
     keep_closed(s, w->drift);
     if (!method->step)
@@ -73,16 +73,6 @@ enum outcome step_from(const struct stretch *w, int end, double h, double *y)
     return last ? outcome : advance(w, &gauss, end, h, y);
 }
 
-/* From the second row back to t: what lies behind a singular configuration is not reached past it by a step that is shorter than the one that passed it */
-static enum outcome come_back(const struct stretch *w, double t, double *y)
-{
-    struct advance a;
-    enum outcome outcome = begin_at(w, w->method, 1, t - w->t[1], &a);
-    outcome = outcome ? outcome : come_clear_of_singularity(&a.f, t);
-    end_advance(&a, outcome, y);
-    return outcome;
-}
-
 /* From a row of the stretch, along the branch on which the motion is there */
 static enum outcome step_along_branch(const struct stretch *w, int end, double t, double *y)
 {
@@ -93,13 +83,14 @@ static enum outcome step_along_branch(const struct stretch *w, int end, double t
     return outcome;
 }
 
-/* The same where a place lies near, from the first row, or, where that does not tell the branch, from the second */
-static enum outcome step_past_place(const struct stretch *w, double t, double *y, int *there_is)
+enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
 {
     struct advance a;
+    *there_is = 0;
+    if (!w->system->model->rows || w->drift != DRIFT_PROJECTED || !w->method->step)
+        return OUTCOME_DONE;
     enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
     double *end = TAKE(a.s.arena, double, a.s.size);
-    *there_is = 0;
     if (!outcome && a.s.arena->ran_out)
         outcome = OUTCOME_NO_MEMORY;
     if (!outcome) {
@@ -112,35 +103,7 @@ static enum outcome step_past_place(const struct stretch *w, double t, double *y
         return outcome;
     outcome = step_along_branch(w, 0, t, y);
     if (outcome && outcome != OUTCOME_INTERRUPTED && !w->count)
-        outcome = step_along_branch(w, 1, t, y);
+        outcome = step_along_branch(w, 1, t, y); /* from where the velocities may tell the branch better */
     *there_is = !outcome || outcome == OUTCOME_INTERRUPTED;
     return *there_is ? outcome : OUTCOME_DONE;
-}
-
-enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
-{
-    struct advance a;
-    *there_is = 0;
-    if (!w->system->model->rows || w->drift != DRIFT_PROJECTED || !w->method->step)
-        return OUTCOME_DONE;
-    enum outcome outcome = step_past_place(w, t, y, there_is);
-    if (*there_is || outcome || w->count)
-        return outcome;
-    outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
-    double *end = TAKE(a.s.arena, double, a.s.size);
-    if (!outcome && a.s.arena->ran_out)
-        outcome = OUTCOME_NO_MEMORY;
-    if (outcome) {
-        end_advance(&a, outcome, y);
-        return outcome;
-    }
-    write_row(w, 1, end);
-    a.f.h = w->t[1] - w->t[0];
-    const int beside = lies_beside_singularity(&a.f, end, t);
-    *there_is = (beside || goes_in_one(&a.f)) && passes_singularity(&a.f, end);
-    const int behind = *there_is && !beside && t > a.f.at.place;
-    if (*there_is && !behind)
-        outcome = beside ? come_beside_singularity(&a.f, t) : come_clear_of_singularity(&a.f, t);
-    end_advance(&a, outcome, y);
-    return behind ? come_back(w, t, y) : outcome;
 }

@@ -23,8 +23,7 @@ struct stretch {
  * the tolerance, unless it is zero, asks for; where the method has none, as beside a singular configuration, by collocation. */
 enum outcome step_from(const struct stretch *w, int end, double h, double *y);
 
-/* The state at t between the rows into y[size of a state], if a singular configuration lies between them that one step from the first would meet or
- * end beside, which *there_is says. */
+/* The state at t between the rows into y[size of a state], along the branch of the motion, if a singular configuration lies near that way and the branch is told, which *there_is says. */
 enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is);
 
 #endif

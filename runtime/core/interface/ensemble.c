@@ -79,7 +79,6 @@ static void measure_rounding(struct worker *w)
     s.sides = s.latched = NULL;
     s.active = NULL;
     s.baumgarte = 0.0;
-    s.projects_stages = 0;
     memset(s.inputs, 0, s.model->inputs * sizeof *s.inputs);
     for (size_t k = 0; k < sample->count; k++) {
         double size;
@@ -181,7 +180,6 @@ static void write_forces(struct worker *w, size_t place, double t, const double 
     s.interruption = NULL;
     s.unit = b->unit;  /* the run's own stay for the states that follow */
     s.baumgarte = 0.0; /* what damps drift is no force */
-    s.projects_stages = 0;
     s.sides = NULL;
     forget_scales(&s, w->it->time, &w->it->run);
     held_at(w->it, b, t, 0);

@@ -4,10 +4,10 @@
  * Along the branch on which the motion passes the place they are analytic all the same, and so are forces, but for a simple pole where joints have to
  * carry without bound. So states on both sides of the place are evaluated, far enough from it, and what holds at it is interpolated through them, at
  * Chebyshev points (J.-P. Berrut, L. N. Trefethen, SIAM Review 46, 2004). The states are those of a ray q + s u: put onto the closure, which is
- * well conditioned there, with the velocities u put onto its rows (eq. 8.7). A ray off the branch, and a place that no branch passes, show in the last Chebyshev
+ * well conditioned there, with the velocities u put onto its rows (eq. 8.6). A ray off the branch, and a place that no branch passes, show in the last Chebyshev
  * coefficients, or in that the state itself is not met.
  *
- * The pole x* of an entry v is where the last coefficient of (x - x*) v vanishes, which is analytic (eq. 8.8).
+ * The pole x* of an entry v is where the last coefficient of (x - x*) v vanishes, which is analytic (eq. 8.7).
  */
 #include "interface/limits.h"
 

@@ -199,7 +199,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     clear_record(run);
     f->t = t;
     f->h = 0.0;
-    f->at = (struct progress){.place = NAN};
+    f->at = (struct progress){0};
     f->branch.rank = 0;
     if (f->branch.chart)
         forget_place(f->s, &f->branch);

@@ -182,7 +182,7 @@ static void look_further(struct gauss *g, const struct system *s, struct toleran
     const int n = g->n;
     double sum[STAGES] = {0.0};
     g->further[0] = g->further[1] = 0.0;
-    if (!passes_by(s) && (s->projects_stages || !gauss_has_loads(s)))
+    if (!passes_by(s) && (s->branch || !gauss_has_loads(s)))
         return;
     for (int i = 0; i < g->rows; i++) {
         const double *c = g->legendre + i * STAGES;
@@ -262,7 +262,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     enum outcome outcome = OUTCOME_DONE;
     if (!active_count(s) && fabs(h) > SHORT * fmax(fabs(t), s->time))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
-    if (!outcome && converged && s->size > 2 * s->n && !s->projects_stages)
+    if (!outcome && converged && s->size > 2 * s->n && !s->branch)
         outcome = settled_power(g, s, t, h, tolerance, y, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
@@ -346,31 +346,6 @@ static void follow(const struct gauss *g, double theta, double *y)
         if (i < n)
             y[i] = g->start[i] + h * (theta * g->start[n + i] + h * weighed(twice, c));
     }
-}
-
-double gauss_cut(const struct system *s, double *scratch, double part, struct tolerance tolerance, const double *y,
-                 double *y1)
-{
-    struct gauss *g = gauss_of(s, scratch);
-    if (g->replaced)
-        return INFINITY;
-    for (int j = 0; j < STAGES; j++) {
-        const double x = 2.0 * part * NODE[j] - 1.0;
-        double p[STAGES] = {1.0, x};
-        for (int k = 1; k < STAGES - 1; k++)
-            p[k + 1] = ((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1);
-        for (int i = 0; i < g->rows; i++)
-            g->f[i * STAGES + j] = weighed(p, g->legendre + i * STAGES);
-    }
-    gauss_pack(g, LEGENDRE, 1.0, g->matrix);
-    gauss_combine(g, s, g->matrix, g->f, g->legendre);
-    g->h *= part;
-    g->ended = 0;
-    memset(g->lost_next, 0, s->size * sizeof *g->lost_next);
-    memcpy(g->start, y, s->size * sizeof *y);
-    memcpy(y1, y, s->size * sizeof *y);
-    follow(g, 1.0, y1);
-    return last_coefficients(g, s->size, tolerance, y, y1, NULL);
 }
 
 static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y,

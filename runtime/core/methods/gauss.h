@@ -70,11 +70,6 @@ enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, dou
 /* What the step has not seen of its beginning and of its end, in tolerances */
 double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);
 
-/* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. Returns what the polynomial misses inside of
- * the step, in tolerances, which is more than the end does; infinity where there is none. */
-double gauss_cut(const struct system *s, double *scratch, double part, struct tolerance tolerance, const double *y,
-                 double *y1);
-
 /* weighted sum over the stages */
 static inline double weighed(const double *weight, const double *x)
 {

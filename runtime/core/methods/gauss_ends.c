@@ -61,7 +61,7 @@ enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, dou
     const double t1 = just_before(t + h, h);
     memset(missed, 0, 2 * s->size * sizeof *missed);
     g->ended = 0;
-    if (!passes_by(s) && (s->projects_stages || !(g->fresh || gauss_has_loads(s))))
+    if (!passes_by(s) && (s->branch || !(g->fresh || gauss_has_loads(s))))
         return OUTCOME_DONE;
     enum outcome outcome = g->begun ? OUTCOME_DONE : system_derivative(s, t, y, g->begin);
     g->begun = !outcome;

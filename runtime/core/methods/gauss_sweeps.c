@@ -62,7 +62,7 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
     const double since = (t - g->t) / g->h, part = h / g->h;
     const int usable = g->known && since > -1e-9 && since < 1.0 + 1e-9 && since + part < 3.0;
     memset(g->f, 0, (size_t)g->rows * STAGES * sizeof *g->f);
-    if (!usable && s->projects_stages) {
+    if (!usable && s->branch) {
         for (int i = 0; i < g->n; i++) {
             g->one[i] = y[i] + FIRST_LOOK * h * y[g->n + i];
             g->one[g->n + i] = y[g->n + i];
@@ -153,7 +153,7 @@ static enum outcome guided_sweep(struct gauss *g, struct system *s, double t, do
 static enum outcome sweep(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
     const int n = g->n, lanes = g->lanes;
-    if (s->projects_stages)
+    if (s->branch)
         return guided_sweep(g, s, t, h, y);
     for (int b = 0; b < STAGES; b += lanes) {
         double *block = lanes == STAGES ? g->g : g->du;
@@ -254,7 +254,7 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
             continue;
         if ((outcome = change_along(g, s, h, y, &now)))
             return outcome;
-        const double may = standing > 1 || s->projects_stages ? fmax(STANDING, NEAR * g->grain) : REST;
+        const double may = standing > 1 || s->branch ? fmax(STANDING, NEAR * g->grain) : REST;
         *converged = now <= may;
         g->along = strict ? 0.0 : may;
         if (k == most || !strict || *converged)

@@ -32,7 +32,6 @@ struct system {
     double missed;                     /* by how much the last state put onto the closure missed it (m), */
     double missed_rate;                /* and its velocities (m/s) */
     double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */
-    int projects_stages;               /* whether derivatives are those of the state put onto the closure */
     int projects_steps;                /* whether the ends of steps are */
     double baumgarte; /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
     struct branch *branch;        /* that states are put onto, or NULL: constraints/branch.h */

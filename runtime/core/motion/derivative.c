@@ -29,7 +29,7 @@ static enum outcome derivative_at(struct system *s, double t, const double *y, d
 
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
 {
-    if (!s->projects_stages && !s->branch)
+    if (!s->branch)
         return derivative_at(s, t, y, dy);
     const size_t n = s->n;
     const struct mark mark = s->arena->top;

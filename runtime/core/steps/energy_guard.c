@@ -3,7 +3,7 @@
  * Error estimates compare states, and projection puts states back onto the closure. Near a singular configuration both are blind
  * to one direction (docs/theory, section 8): a step may come out with wrong velocities along it, and nothing of that shows but
  * in the energy. Loops that fall on grounds come as near to such configurations as it pleases them, so there each step's
- * energy is an error like others; without grounds it is one of the steps that pass such a configuration. What a refused step would have covered may not miss more in pieces than it may in one, or short
+ * energy is an error like others. What a refused step would have covered may not miss more in pieces than it may in one, or short
  * steps would let through bit by bit what they are there to stop.
  */
 #include "steps/energy_guard.h"
@@ -40,10 +40,10 @@ static double gained(struct phase *f, double *done, double *moves)
     return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
 }
 
-/* Whether the step is one that may have wrong velocities at its end: without contacts only passages come so near to dependence. */
+/* Whether the step is one that may have wrong velocities at its end: without contacts it follows its branch where rows are near dependence. */
 static int guarded(const struct phase *f)
 {
-    return f->s->model->rows && (f->s->model->contacts || f->at.passage != FREE);
+    return f->s->model->rows && f->s->model->contacts;
 }
 
 /* J: what is not known of the work of the load of held contacts, the forces that they would have as the step begins if nothing moved. Places are known to rounding: what lies

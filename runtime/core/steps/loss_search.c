@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "motion/switching.h"
 
 enum { DIPS = 12 /* parabolas in search of a least value */ };
@@ -15,7 +16,7 @@ static const double WINDOW_GROWTH =
 static const double BETWEEN[4][5] = {
     {35, 140, -70, 28, -5}, {-5, 60, 90, -20, 3}, {3, -20, 90, 60, -5}, {-5, 28, -70, 140, 35}};
 
-/* What watched value `index` is known to */
+/* What watched value `index` is known to: of forces along a branch rounding / sigma */
 static double watched_noise(const struct search *search, int index)
 {
     const struct system *s = search->s;
@@ -28,7 +29,7 @@ static double watched_noise(const struct search *search, int index)
         return 0.0;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
-    return FORCE_ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
+    return FORCE_ROUNDING / nearest_margin(s) * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
 /* By how much the samples of a watched value in a window, every other one, miss the rest, 0 where one is infinite: nothing shows when what others keep is lost; `low`: the least of its samples, but

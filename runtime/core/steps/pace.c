@@ -5,7 +5,6 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
-#include "steps/cut_step.h"
 
 enum { TICK = 64 /* short steps between two questions whether to go on */ };
 
@@ -43,7 +42,7 @@ int stalls(const struct phase *f)
 {
     const struct ccgen_model *model = f->s->model;
     return f->h * fastest(f->s, f->y + f->s->n) < CRAWL &&
-           (model->contacts || (model->rows && !f->at.bounded && rank_margin(f->s, f->y) < near_dependence(f)));
+           (model->contacts || (model->rows && !f->at.bounded && rank_margin(f->s, f->y) < BRIDGED));
 }
 
 int is_crawling(const struct phase *f)

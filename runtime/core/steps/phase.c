@@ -20,9 +20,9 @@
 #include "model/scales.h"
 
 enum {
-    SHORTER = 60,  /* shorter steps in search of an early event */
-    LARGEST = 256, /* coordinates of what follows branches: its memory goes as their square */
-    CRAWLS = 20    /* steps in a row that move nothing, before what they might be stuck at is looked at */
+    SHORTER = 60,   /* shorter steps in search of an early event */
+    LARGEST = 1024, /* coordinates of what follows branches: its memory goes as their square */
+    CRAWLS = 20     /* steps in a row that move nothing, before what they might be stuck at is looked at */
 };
 
 int take_phase(struct phase *f)
@@ -31,7 +31,7 @@ int take_phase(struct phase *f)
     struct arena *arena = s->arena;
     const struct method *method = f->run->method;
     const size_t size = s->size, c = s->model->contacts;
-    const int passes = s->model->rows && s->model->stages && method != &gauss && f->run->fixed_step == 0.0;
+    const int passes = s->model->rows && s->model->stages && method->damps && f->run->fixed_step == 0.0;
     f->y = TAKE_ZEROS(arena, double, size);
     f->dy = TAKE_ZEROS(arena, double, size);
     f->y1 = TAKE_ZEROS(arena, double, size);
@@ -39,8 +39,7 @@ int take_phase(struct phase *f)
     f->scratch = TAKE_ZEROS(arena, double, method->scratch(s)); /* a method finds zeros */
     f->passing = passes ? TAKE_ZEROS(arena, double, gauss.scratch(s)) : NULL;
     f->branch.chart = NULL;
-    if (s->model->rows && s->model->stages && s->n <= LARGEST && f->run->tolerance.rtol >= INTERPOLATED &&
-        take_branch(arena, s->model, &f->branch))
+    if (s->model->rows && s->model->stages && s->n <= LARGEST && take_branch(arena, s->model, &f->branch))
         return 1;
     f->branch.place = TAKE_ZEROS(arena, double, s->n);
     f->branch.offset = TAKE_ZEROS(arena, double, s->model->rows);
@@ -175,8 +174,7 @@ static enum outcome begin_phase(struct phase *f)
         outcome = outcome || f->s->branch ? outcome : evaluate_derivative(f);
     }
     f->at.since = f->t;
-    f->at.energy_known = f->at.crawled = f->at.cuts = 0;
-    f->at.place = NAN;
+    f->at.energy_known = f->at.crawled = 0;
     f->at.late = f->at.refused = 0.0;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
@@ -284,34 +282,18 @@ static enum outcome end_at_kink(struct phase *f)
     return locate_kink(f, kink);
 }
 
-/* Whether a step past a singular configuration is to be taken before the one that ends at the event, which would have a stage at it. Each is shorter
- * than the last. */
-static int clears_first(struct phase *f, struct event *event)
-{
-    struct progress *at = &f->at;
-    const double h = clear_landing(f, event->theta * f->h);
-    if (!(h > 0.0) || (at->refused > 0.0 && h >= at->refused))
-        return 0;
-    at->refused = at->next = h;
-    event->contact = -1;
-    f->run->rejected++;
-    return 1;
-}
-
-/* Begin a try: f->h is as long as is wanted, or all that is left to the next stop, whose time is returned. One that was refused so that it ends clear of
- * a singular configuration may be no longer at all. */
+/* Begin a try: f->h is as long as is wanted, or all that is left to the next stop, whose time is returned. */
 static double begin_try(struct phase *f, double *wanted, double *left)
 {
     const struct run *run = f->run;
     struct progress *at = &f->at;
     const double usual = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
     *wanted = at->meets > 0.0 ? fmin(at->meets, usual) : usual;
-    const int clear = *wanted == at->refused && lies_clear(f, *wanted);
-    const int last = f->t + (clear ? 1.0 : 1.01) * *wanted >= next;
+    const int last = f->t + 1.01 * *wanted >= next;
     *left = next - f->t - at->late;
     f->h = last ? *left : *wanted;
     at->longest = at->refused > 0.0 ? fmin(at->refused, *left) : *left;
-    at->bounded = last || clear;
+    at->bounded = last;
     return next;
 }
 
@@ -349,9 +331,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         outcome = OUTCOME_INTERRUPTED;
     if (!outcome && event->contact >= 0)
-        outcome = (*again = clears_first(f, event)) ? OUTCOME_DONE : locate_event(f, *event);
-    if (*again)
-        return OUTCOME_DONE;
+        outcome = locate_event(f, *event);
     if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
         outcome = OUTCOME_STEP_TOO_SMALL;
     if (!outcome && f->h != at->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* shorter than accepted */

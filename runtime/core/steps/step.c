@@ -84,12 +84,6 @@ enum outcome project_step_end(struct phase *f)
     return outcome;
 }
 
-/* Whether the step is placed about a singular configuration. A step by collocation at no known place is one as collocation takes anywhere. */
-static int guided(const struct phase *f)
-{
-    return f->at.passage == BEFORE || f->at.passage == ACROSS;
-}
-
 enum outcome take_closure(struct phase *f)
 {
     leave_branch(f);
@@ -106,8 +100,6 @@ enum outcome follow_branch(struct phase *f)
         return outcome;
     s->branch = &f->branch;
     f->at.follows = 1;
-    f->at.passage = FREE;
-    f->at.place = NAN;
     if (f->branch.begins.margin < BRIDGED) {
         outcome = evaluate_derivative(f);
         if (outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY)
@@ -166,6 +158,30 @@ static int none_told(enum outcome outcome)
     return outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
 }
 
+enum outcome decide_on_branch(struct phase *f)
+{
+    if (!f->at.follows)
+        return OUTCOME_DONE;
+    const enum outcome outcome = follow_if_beside(f);
+    f->at.follows = 1;
+    return outcome == OUTCOME_NO_BRANCH ? OUTCOME_DONE : outcome;
+}
+
+enum outcome strike_on_branch(struct phase *f)
+{
+    if (!f->at.follows || !is_beside_place(f, f->y))
+        return OUTCOME_DONE;
+    enum outcome outcome = follow_branch(f);
+    if (!outcome)
+        outcome = evaluate_derivative(f);
+    if (!outcome && goes_through_crossing(f->s))
+        read_state_on_branch(f->s, f->y, f->y + f->s->n);
+    else
+        f->s->branch = NULL;
+    f->at.follows = 1;
+    return none_told(outcome) ? OUTCOME_DONE : outcome;
+}
+
 enum outcome keep_following(struct phase *f)
 {
     f->s->branch = NULL;
@@ -192,8 +208,7 @@ void leave_branch(struct phase *f)
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
     const int follows = f->s->branch != NULL;
-    const int other =
-        f->passing && ((follows && f->run->method->damps) || (f->at.passage != FREE && !active_count(f->s)));
+    const int other = follows && f->passing;
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -201,12 +216,9 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
         if (f->run->method->restart)
             f->run->method->restart(f->scratch, f->s->size);
     }
-    f->s->projects_stages = guided(f) || follows;
     if (follows)
         rewind_branch(&f->branch);
-    const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
-    f->s->projects_stages = 0;
-    return outcome;
+    return f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
 }
 
 enum outcome evaluate_end_derivative(struct phase *f)
@@ -215,41 +227,25 @@ enum outcome evaluate_end_derivative(struct phase *f)
                                                                   : OUTCOME_DONE;
 }
 
-double unknown_velocity(const struct phase *f)
-{
-    if (!guided(f) || active_count(f->s))
-        return 0.0;
-    const double sigma = rank_margin(f->s, f->y);
-    return ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma);
-}
-
 enum { ROUNDINGS = 16 };
-
-/* How near to dependence rows come in the step along a branch that passes a place by */
-static double nearest_margin(const struct phase *f)
-{
-    return fmin(f->branch.begins.margin, f->branch.last.margin);
-}
 
 double missed_velocity(const struct phase *f)
 {
-    if (passes_by(f->s))
-        return ROUNDINGS * DBL_EPSILON / nearest_margin(f);
-    return fmin(unknown_velocity(f), KNOWN_AT_LEAST);
+    return passes_by(f->s) ? ROUNDINGS * DBL_EPSILON / nearest_margin(f->s) : 0.0;
 }
 
 /* The tolerance of the step, and of what it begins with */
 static struct tolerance tolerance_of(const struct phase *f)
 {
     struct tolerance tolerance = f->run->tolerance;
-    if (f->by == &gauss && (guided(f) || f->s->branch)) {
+    if (f->by == &gauss && f->s->branch) {
         tolerance.rtol *= GUIDED;
         tolerance.atol *= GUIDED;
     }
     tolerance.atol = fmax(tolerance.atol, missed_velocity(f) * fastest(f->s, f->y + f->s->n) * f->s->time);
     if (passes_by(f->s)) {
         tolerance.places = f->s->n;
-        tolerance.nearer = fmin(fmax(nearest_margin(f), ROUNDINGS * DBL_EPSILON / tolerance.rtol), 1.0);
+        tolerance.nearer = fmin(fmax(nearest_margin(f->s), ROUNDINGS * DBL_EPSILON / tolerance.rtol), 1.0);
     }
     return tolerance;
 }
@@ -284,7 +280,7 @@ enum outcome step_error(struct phase *f, double *error)
     give_back(f->s->arena, mark);
     if (outcome)
         return outcome;
-    const double left = f->at.passage == ACROSS || f->s->branch ? 0.0 : BELIEVED * *error;
+    const double left = f->s->branch ? 0.0 : BELIEVED * *error;
     *error = fmax(left, method->measure(f->steps, size, tolerance, f->y, f->y1));
     return OUTCOME_DONE;
 }

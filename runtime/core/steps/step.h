@@ -7,10 +7,6 @@
 #include "record/run.h"
 #include "steps/event_search.h"
 
-/* How a step lies to a singular configuration: far from it, so that it ends well before it, across it, or about one, at no known
- * place. All but the first are taken by collocation, those before and across with their stages on the closure: singular_step.h */
-enum passage { FREE, BEFORE, ACROSS, ABOUT };
-
 /* What a phase takes over from one step to the next, beside the state and what the method keeps */
 struct progress {
     int under_way;       /* whether the phase has begun, and goes on */
@@ -28,13 +24,8 @@ struct progress {
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
     double meets;                      /* the longest step to try next, as the ends of a line are about to meet, or 0 */
     double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
-    double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
-    double own;                        /* length of the step there that the run's own method would have taken */
-    enum passage passage;              /* how the step lies to it */
     double widest;                     /* the farthest from dependence that rows have been seen, or 0 */
     int follows;                       /* whether the motion follows a branch of the closure, that of the phase */
-    int nearer;                        /* whether a step was taken up to it for what the energy told of one past it */
-    int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;                       /* when the state was last put where closure rows are lost */
     double seen; /* speed, of lengths in a characteristic time, above which no crowd and no jam brings to rest */
@@ -47,7 +38,7 @@ struct phase {
     double t, h;
     double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
     double *scratch;           /* of the run's method, */
-    double *passing;           /* and of the one that passes singular configurations for it, or NULL */
+    double *passing;           /* and of collocation, which takes its steps along branches if it damps, or NULL */
     struct branch branch;      /* of the closure, that the motion follows past a singular configuration */
     double *noted_place;       /* [n + rows] branch.place and branch.offset before a step */
     const struct method *by;   /* that took the last step, */
@@ -90,11 +81,7 @@ int projects(const struct phase *f);
 /* step of length h from (t, y) to y1, not put back yet */
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance);
 
-/* Part of the velocities that is not known at worst where a step placed about a singular configuration begins, rounding / sigma^2. 0 elsewhere */
-double unknown_velocity(const struct phase *f);
-
-/* and what a step there may miss for it: none ends with less than it began with, and shorter ones, which end nearer to the configuration, end
- * with more */
+/* Part of the velocities that is not known along a branch that passes a place by, rounding / sigma; 0 elsewhere */
 double missed_velocity(const struct phase *f);
 
 /* Have the motion follow the branch of the closure on which it is, from the state at t on: always, where rows are nearly dependent, or where they are, if it has. Its derivative is then that along the branch. It does not where no branch can be told. */
@@ -105,6 +92,12 @@ int is_beside_place(struct phase *f, const double *y);
 
 enum outcome follow_if_beside(struct phase *f);
 enum outcome keep_following(struct phase *f);
+
+/* Have what is decided at an event be about the branch which the phase before has followed; the state is put onto it. */
+enum outcome decide_on_branch(struct phase *f);
+
+/* Have what strikes where two branches cross keep to the one which the phase before has followed: the closure at the place would let it go along both. */
+enum outcome strike_on_branch(struct phase *f);
 
 /* Have it follow none; in the second, where its derivative was that along a branch, with that of the closure as it is. */
 void leave_branch(struct phase *f);
