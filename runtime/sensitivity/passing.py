@@ -30,9 +30,9 @@ the sum of, or where all of it is rounding: below the square of that part of all
 about a hundred tolerances of the run; of what is not bound to meet, all is far above."""
 
 SMOOTH = 1e-7
-"""Accelerations that change by less than this part of what loads alone give at an instant do not jump there: where it
-lies is known to rounding of the time, and they are to its root at the worst, where a force vanishes as one. What stands
-until then has none of its own to compare with."""
+"""Accelerations that change by less than this part of what loads alone give to what is held at an instant do not jump
+there: where it lies is known to rounding of the time, and they are to its root at the worst, where a force vanishes as
+one. What stands until then has none of its own to compare with."""
 
 RESTS = 1e-9
 """A rate is zero below this part of its terms."""
@@ -242,7 +242,9 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
     at = at_one(model, moving, t, q)
     slid = changed(*ways)
     names = tuple(model.contacts[c] for c in slid)
-    free, _ = _accelerations(model, t, q, u, u, ((), ()))
+    moved = [c for c, *_ in (*ways[0], *ways[1])]
+    of_contacts = np.any(np.concatenate([at.gap_rows[moved], at.slip_rows[moved]]) != 0.0, axis=0)
+    free = accelerations(model, (), np.array([t]), q[None], np.ascontiguousarray(u[None]))[0][0] * of_contacts
     unit = model.coordinate_units
     size = max(float(np.max(np.abs(each) / unit)) for each in (before, after, free))
     if float(np.max(np.abs(after - before) / unit)) <= SMOOTH * size:

@@ -259,7 +259,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "error of a step that no mere length explains", \
       "with an order of 8, a step six times too long has 1.7e6") \
     X(GUIDED, 0.0625, OF_TOLERANCE, \
-      "what the estimate of a step along a branch may be", \
+      "what the estimate of a step by collocation along a branch may be", \
       "stages that are put onto a branch move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \
     X(MAGNIFIED, 4.0, OF_RELATIVE, \
       "times what it missed: the way back of a state far from singular ones", \

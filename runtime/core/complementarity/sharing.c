@@ -95,7 +95,7 @@ static double size_of_terms(const struct nearest *s)
 {
     double sum = 0.0;
     for (int i = 0; i < s->limits; i++)
-        sum += s->u[i] * dot(s->m, s->E + (size_t)i * s->m, s->E + (size_t)i * s->m);
+        sum += s->u[i] * sqrt(dot(s->m, s->E + (size_t)i * s->m, s->E + (size_t)i * s->m));
     return sum;
 }
 

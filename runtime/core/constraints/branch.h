@@ -25,7 +25,7 @@ int passes_by(const struct system *s);
 /* Whether the system follows a branch through a place where it crosses another */
 int goes_through_crossing(const struct system *s);
 
-/* How near to dependence rows have come since the chart has begun where the system passes a place by; 1 else: what rounding is to be divided by */
+/* How near to dependence rows are where the chart begins or at the last configuration, where the system passes a place by; 1 else: what rounding is to be divided by */
 double nearest_margin(const struct system *s);
 
 /* The time after which a motion that begins with velocities u[n] where the chart does comes nearest to the place that it passes by; 0 where that is not known, or behind */

@@ -1,4 +1,4 @@
-/* Jumps of the velocities: the generated kernels, or the null-space path where they lose rank. */
+/* Jumps of the velocities: the generated kernels, or the null-space path where they lose rank, and along a branch. */
 #include "constraints/impulse.h"
 
 #include "constraints/branch.h"

@@ -72,6 +72,13 @@ int free_motions(struct system *s, const double *q, double *motions)
     const int n = s->n;
     const struct mark mark = s->arena->top;
     struct factors f = {0};
+    if (is_place_on_branch(s, q) && !s->model->drives) {
+        const int d = s->branch->freedom;
+        for (int j = 0; j < d; j++)
+            for (int i = 0; i < n; i++)
+                motions[(size_t)j * n + i] = branch_tangents(s->branch)[(size_t)j * n + i] * s->unit[i];
+        return n - d;
+    }
     const int rank = s->model->rows + s->model->drives ? factorise_rows(s, q, &f) : 0;
     for (int j = rank; rank >= 0 && j < n; j++) {
         double *x = motions + (size_t)(j - rank) * n;

@@ -141,7 +141,7 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
     const enum outcome outcome = evaluate_derivative(f);
     if (outcome)
         return outcome;
-    if (s->branch) /* as it was evaluated */
+    if (s->branch && follows_at(s, f->y)) /* as it was evaluated */
         read_state_on_branch(s, f->y, f->y + s->n);
     const double *rates = a->rates, *bias = a->bias, *slips = a->slips;
     free_accelerations(s, f->y, f->dy, 0, a->rates, a->bias);

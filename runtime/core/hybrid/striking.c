@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "constraints/nullspace.h"
 #include "hybrid/immovable.h"
 #include "impact/impact.h"
@@ -139,6 +140,8 @@ static enum outcome approaches_unseen(struct phase *f, const struct blow *b, int
         outcome = outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_DONE;
         goto end;
     }
+    if (s->branch && follows_at(s, f->y)) /* as it was evaluated */
+        read_state_on_branch(s, f->y, f->y + s->n);
     contact_rates(s, f->y, f->dy + s->n, rates);
     contact_bias(s, f->y, f->y + s->n, bias);
     const double sigma = s->model->rows ? fmin(1.0, rank_margin(s, f->y)) : 1.0;

@@ -77,7 +77,7 @@ static enum outcome follow(struct phase *f, double h)
     const int follows = f->at.follows;
     enum outcome outcome = projected_step(f, h);
     outcome = outcome ? outcome : system_derivative(f->s, f->t + h, f->y1, f->dy1);
-    leave_branch(f); /* what is decided between phases is asked of the closure as it is */
+    leave_branch(f); /* the decision begins one anew */
     f->at.follows = follows;
     return outcome;
 }

@@ -5,8 +5,7 @@
  * stage polynomial of the step before, carried on. Coordinates are double integrals of the accelerations. The state is summed
  * with what rounding took from the sums before. Two things steer the step: the last Legendre coefficients of the stage
  * polynomial and how these shrink, which tell what it misses, and how fast the sweeps contract. Where they do not contract, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks
- * at few states, and does not iterate. Past a singular configuration stages go one by one, each put onto the closure, for the
- * other methods too (singular_step.c): no stage lies at either end.
+ * at few states, and does not iterate. Along a branch of the closure (branch.c) stages go one by one, each put onto it; for radau too.
  */
 #include "constraints/branch.h"
 #include "methods/gauss.h"
@@ -284,7 +283,7 @@ static double *gauss_estimates(double *scratch, int size, int *count)
     return g->replaced ? dop853.estimates(g->other, size, count) : g->estimate;
 }
 
-/* Size of the last coefficients of the step that was taken: what the stage polynomial misses inside of it, in tolerances. `rough`, if it is not NULL, is
+/* Size of the last coefficients of the step that was taken: what the stage polynomial misses inside of it, in tolerances. `rough` is
  * what the end of the step misses if coefficients go on to shrink as the last do. */
 static double last_coefficients(const struct gauss *g, int size, struct tolerance tolerance, const double *y,
                                 const double *y1, double *rough)
@@ -297,8 +296,7 @@ static double last_coefficients(const struct gauss *g, int size, struct toleranc
         sum += last * last + earlier * earlier;
         further += on * on + before * before;
     }
-    if (rough)
-        *rough = sqrt(further / size);
+    *rough = sqrt(further / size);
     return sqrt(sum / size);
 }
 

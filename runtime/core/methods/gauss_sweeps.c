@@ -18,7 +18,7 @@ static const double STANDING = 0.1;           /* part of the tolerance that they
 static const double NEAR = 1e4;               /* units of rounding that they may leave */
 static const double UNIT = 4.0 * DBL_EPSILON; /* of rounding */
 static const double FIRST_LOOK =
-    0.1; /* part of a step: where guided ones first look for accelerations, for the start may be singular */
+    0.1; /* part of a step: where those along a branch first look for accelerations, for the start may be singular */
 enum { SWEEPS = 16, SWEEPS_TO_ROUNDING = 60 };
 
 /* matrix[j][i] times `factor`, in blocks of lanes */
@@ -135,7 +135,7 @@ void gauss_stage(struct gauss *g, int j, double h, const double *y)
 }
 
 /* One sweep stage by stage, each put onto the closure first */
-static enum outcome guided_sweep(struct gauss *g, struct system *s, double t, double h, const double *y)
+static enum outcome sweep_along_branch(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
     const int n = g->n;
     for (int j = 0; j < STAGES; j++) {
@@ -154,7 +154,7 @@ static enum outcome sweep(struct gauss *g, struct system *s, double t, double h,
 {
     const int n = g->n, lanes = g->lanes;
     if (s->branch)
-        return guided_sweep(g, s, t, h, y);
+        return sweep_along_branch(g, s, t, h, y);
     for (int b = 0; b < STAGES; b += lanes) {
         double *block = lanes == STAGES ? g->g : g->du;
         s->model->stages(n, STAGES, y, g->slope, g->node + b, g->twice + b * STAGES, g->f, g->q);

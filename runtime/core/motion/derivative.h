@@ -4,7 +4,7 @@
 
 #include "model/system.h"
 
-/* dy/dt = [u; u_dot]; of a guided system, of the nearest state on the closure */
+/* dy/dt = [u; u_dot]; of a system that follows a branch, of the state on it */
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy);
 
 #endif

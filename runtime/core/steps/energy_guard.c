@@ -40,7 +40,7 @@ static double gained(struct phase *f, double *done, double *moves)
     return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
 }
 
-/* Whether the step is one that may have wrong velocities at its end: without contacts it follows its branch where rows are near dependence. */
+/* Whether the step is one that may have wrong velocities at its end: without contacts a motion follows its branch where rows are near dependence. */
 static int guarded(const struct phase *f)
 {
     return f->s->model->rows && f->s->model->contacts;

@@ -2,10 +2,8 @@
 #include "steps/look.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/tolerances.h"
-#include "constraints/nullspace.h"
 #include "steps/singular_step.h"
 #include "steps/step_control.h"
 

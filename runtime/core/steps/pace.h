@@ -16,7 +16,7 @@ int is_crawling(const struct phase *f);
 void excuse_progress(struct phase *f, long spent);
 
 /* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds. Without contacts
- * that counts where a loop is so near a line that velocities are unknown, of steps that did not have to end there. */
+ * that counts where a loop is near a line, of steps that did not have to end there. */
 int stalls(const struct phase *f);
 
 /* Whether steps crawl and have taken next to no time, so that none will get on; without contacts they would at last be on another branch. Prescribed

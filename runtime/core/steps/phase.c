@@ -9,7 +9,6 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/pace.h"
-#include "steps/singular_step.h"
 #include "steps/step_control.h"
 #include "steps/step_end.h"
 #include "steps/kinks.h"
@@ -442,7 +441,7 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
     }
     f->h = f->at.next;
     f->at.under_way &= event->contact < 0;
-    f->s->branch = NULL; /* what is asked between phases is asked of the closure as it is */
+    f->s->branch = NULL; /* decisions and impacts begin one anew */
     return outcome;
 }
 

@@ -22,12 +22,20 @@ static int off_the_closure(const struct phase *f)
            s->missed > BESIDE * (atol + rtol) * s->length;
 }
 
-/* Whether rows are so near to dependence at the end of the step that a branch is followed there. Putting a state back from such a place changes its velocities by 1 / sigma
+/* Putting a state back from near such a place changes its velocities by 1 / sigma
  * times what they missed: looked at only where they changed by a good part of that. */
-static int ends_near_dependence(struct phase *f)
+int ends_near_dependence(struct phase *f)
 {
     const struct system *s = f->s;
-    return MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate && is_beside_place(f, f->y1);
+    return f->branch.chart && projects(f) && MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate &&
+           is_beside_place(f, f->y1);
+}
+
+/* Whether the step may have passed dependence without a sign, as its method damps what stages have wrong across the closure. The angle between two links
+ * changes by no more than twice the fastest rotation; rows come no faster nearer to dependence. */
+static int may_hide(const struct phase *f)
+{
+    return f->by->damps && rank_margin(f->s, f->y1) < 2.0 * LOOK_AHEAD * f->h * fastest(f->s, f->y1 + f->s->n);
 }
 
 /* Coordinates q[n] at part x of a step of length h to end[2n], on the cubic through its ends */
@@ -88,7 +96,7 @@ int comes_near_dependence(struct phase *f, enum outcome back, double error, cons
         return 0;
     if (!back && ends_near_dependence(f))
         return 1;
-    return (back || error > WILD || off_the_closure(f) || f->by->damps) && nearest_part(f, end, LOOK_AHEAD, &part);
+    return (back || error > WILD || off_the_closure(f) || may_hide(f)) && nearest_part(f, end, LOOK_AHEAD, &part);
 }
 
 void take_over(struct phase *f, double own)

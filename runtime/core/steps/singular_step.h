@@ -8,6 +8,9 @@
  * motion */
 int comes_near_dependence(struct phase *f, enum outcome back, double error, const double *end);
 
+/* Whether rows are so near to dependence at the end of the step, which was put back to y1, that a branch is followed there */
+int ends_near_dependence(struct phase *f);
+
 /* The part, up to `last`, of the step to end[2n] at which the cubic through its ends comes nearest to dependence; whether rows depend there */
 int nearest_part(struct phase *f, const double *end, double last, double *part);
 

@@ -160,20 +160,19 @@ static int none_told(enum outcome outcome)
 
 enum outcome decide_on_branch(struct phase *f)
 {
-    if (!f->at.follows)
+    const int follows = f->at.follows;
+    if (!follows && f->run->steps)
         return OUTCOME_DONE;
     const enum outcome outcome = follow_if_beside(f);
-    f->at.follows = 1;
+    f->at.follows = follows;
     return outcome == OUTCOME_NO_BRANCH ? OUTCOME_DONE : outcome;
 }
 
 enum outcome strike_on_branch(struct phase *f)
 {
-    if (!f->at.follows || !is_beside_place(f, f->y))
+    if (!f->at.follows || !f->branch.chart || !is_beside_place(f, f->y))
         return OUTCOME_DONE;
-    enum outcome outcome = follow_branch(f);
-    if (!outcome)
-        outcome = evaluate_derivative(f);
+    const enum outcome outcome = follow_branch(f);
     if (!outcome && goes_through_crossing(f->s))
         read_state_on_branch(f->s, f->y, f->y + f->s->n);
     else

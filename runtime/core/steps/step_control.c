@@ -1,7 +1,6 @@
 /* Step control; see step_control.h. */
 #include "steps/step_control.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -89,11 +88,9 @@ static enum outcome check_end(struct phase *f, double error)
     return f->run->fixed_step > 0.0 && breaks_energy(f) ? OUTCOME_NOT_KEPT : OUTCOME_DONE;
 }
 
-/* Follow the branch of the motion from here, unless that is known to lead nowhere: *leaves. */
+/* Follow the branch of the motion from here; *leaves where none is told. */
 static enum outcome try_to_follow(struct phase *f, int *leaves)
 {
-    if (*leaves || f->run->fixed_step > 0.0 || !f->branch.chart)
-        return OUTCOME_DONE;
     const enum outcome outcome = follow_branch(f);
     *leaves = outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
     return *leaves ? OUTCOME_DONE : outcome;
@@ -110,7 +107,7 @@ static enum outcome end_step(struct phase *f, double error, double whole, int *l
         return error <= 1.0 ? back : OUTCOME_DONE;
     const enum outcome outcome = try_to_follow(f, leaves);
     *anew = f->s->branch != NULL;
-    if (*anew && f->passing && f->run->method->damps && !active_count(f->s))
+    if (*anew && f->passing && !active_count(f->s))
         take_over(f, whole * (error > 1.0 ? shorter(f, error) : 1.0));
     return outcome || *anew || error > 1.0 ? outcome : back;
 }
@@ -195,7 +192,8 @@ static enum outcome integrate_to(struct phase *f, double until)
     return OUTCOME_DONE;
 }
 
-int goes_in_one(const struct phase *f)
+/* Whether the way between two rows is one step: no tolerance is given, or the method estimates nothing, or contacts or kinks may have ended it */
+static int goes_in_one(const struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
     return m->contacts || m->switches || f->run->tolerance.rtol == 0.0 || !estimates_errors(f->run->method);

@@ -17,12 +17,9 @@ int outruns_velocity(const struct phase *f);
 /* The shortest step that moves time */
 double shortest(const struct phase *f);
 
-/* y1 at the time `until`, without events or a record: by as many steps as the tolerance asks for, or by one whatever its error, back in time, and where
- * goes_in_one says so */
+/* y1 at the time `until`, without events or a record: by as many steps as the tolerance asks for, or by one whatever its error, back in time, where no tolerance is
+ * given or the method estimates nothing, and where contacts or kinks may have ended a step */
 enum outcome advance_to(struct phase *f, double until);
-
-/* Whether the way between two rows is one step: no tolerance is given, or the method estimates nothing, or contacts or kinks may have ended it */
-int goes_in_one(const struct phase *f);
 
 /* The least factor by which a refused step is shortened at once */
 extern const double LEAST_CHANGE;

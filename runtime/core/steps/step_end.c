@@ -1,4 +1,4 @@
-/* Steps that are put back whatever their error; see step_end.h. */
+/* Steps whose ends are put back onto the closure whatever their error. */
 #include "steps/step_end.h"
 
 #include <math.h>
@@ -27,7 +27,7 @@ static enum outcome step_put_back(struct phase *f, double h)
 enum outcome projected_step(struct phase *f, double h)
 {
     enum outcome outcome = step_put_back(f, h);
-    if (!outcome && f->run->fixed_step == 0.0 && !f->s->branch && comes_near_dependence(f, OUTCOME_DONE, 0.0, f->y1)) {
+    if (!outcome && f->run->fixed_step == 0.0 && !f->s->branch && ends_near_dependence(f)) {
         outcome = follow_branch(f); /* it was to end elsewhere, where nothing told of the place */
         if (f->s->branch && !outcome)
             outcome = step_put_back(f, h);

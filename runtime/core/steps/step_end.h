@@ -1,4 +1,4 @@
-/* Steps that end where they are asked to. */
+/* Steps that end where they are asked to; see step_end.c. */
 #ifndef CCGEN_STEP_END_H
 #define CCGEN_STEP_END_H
 
