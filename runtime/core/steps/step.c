@@ -108,6 +108,11 @@ enum outcome follow_branch(struct phase *f)
     return outcome;
 }
 
+int none_told(enum outcome outcome)
+{
+    return outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
+}
+
 int is_beside_place(struct phase *f, const double *y)
 {
     const int rank = f->branch.rank ? f->branch.rank : f->s->model->rows;
@@ -150,12 +155,6 @@ enum outcome follow_if_beside(struct phase *f)
     if (!outcome && passes_by(f->s) && (outcome = put_start_onto_branch(f)) == OUTCOME_NOT_CLOSED)
         outcome = take_closure(f);
     return outcome;
-}
-
-/* Whether no branch is told, and the closure as it is has to do */
-static int none_told(enum outcome outcome)
-{
-    return outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
 }
 
 enum outcome decide_on_branch(struct phase *f)

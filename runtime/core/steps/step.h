@@ -87,6 +87,9 @@ double missed_velocity(const struct phase *f);
 /* Have the motion follow the branch of the closure on which it is, from the state at t on: always, where rows are nearly dependent, or where they are, if it has. Its derivative is then that along the branch. It does not where no branch can be told. */
 enum outcome follow_branch(struct phase *f);
 
+/* Whether that failed because no branch is told: the closure as it is has to do */
+int none_told(enum outcome outcome);
+
 /* Whether rows are so near to dependence in state y that a branch is followed there: near in itself, and beside what they are elsewhere */
 int is_beside_place(struct phase *f, const double *y);
 

@@ -92,7 +92,7 @@ static enum outcome check_end(struct phase *f, double error)
 static enum outcome try_to_follow(struct phase *f, int *leaves)
 {
     const enum outcome outcome = follow_branch(f);
-    *leaves = outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH;
+    *leaves = none_told(outcome);
     return *leaves ? OUTCOME_DONE : outcome;
 }
 

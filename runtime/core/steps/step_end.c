@@ -31,7 +31,7 @@ enum outcome projected_step(struct phase *f, double h)
         outcome = follow_branch(f); /* it was to end elsewhere, where nothing told of the place */
         if (f->s->branch && !outcome)
             outcome = step_put_back(f, h);
-        if (outcome == OUTCOME_NOT_CLOSED || outcome == OUTCOME_NO_BRANCH) {
+        if (none_told(outcome)) {
             outcome = take_closure(f);
             outcome = outcome ? outcome : step_put_back(f, h);
         }
