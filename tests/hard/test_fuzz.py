@@ -1,4 +1,4 @@
-"""Random loops on random grounds keep the invariants; ``CCGEN_FUZZ`` says how many (``make hard``: 28, ``make fuzz``:
+"""Random loops on random grounds keep the invariants; ``CCGEN_FUZZ`` says how many (``make hard``: 20, ``make fuzz``:
 5,000; ``make test`` takes six of them), and ``CCGEN_FUZZ_SEED`` draws others than those of every time."""
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pytest
 from ..support.workshop import Workshop
 from .fuzz import SECONDS, Toss, faults, run, scene, tosses
 
-EXAMPLES = int(os.environ.get("CCGEN_FUZZ", "28"))
+EXAMPLES = int(os.environ.get("CCGEN_FUZZ", "20"))
 SEED = int(os.environ.get("CCGEN_FUZZ_SEED", "0"))
 LONGEST = 120.0
 """Seconds of the processor that no toss may take; most take hundredths."""

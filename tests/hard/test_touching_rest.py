@@ -12,7 +12,7 @@ from ccgen.runtime import simulate
 
 from ..support.bodies import penetration, rise
 from ..support.reach import Reach
-from ..support.tiers import hard
+from ..support.tiers import LARGE, hard
 from ..support.touching_scenes import G, cradle, free_body
 from ..support.workshop import Workshop
 
@@ -86,7 +86,13 @@ def pile(mu: float, e: float) -> str:
 @pytest.mark.hard
 @pytest.mark.parametrize(
     ("mu", "e", "seed", "by_steps"),
-    [(0.2, 0.0, 1, 1e-3), (0.8, 0.7, 1, 1e-3), (0.5, 0.3, 0, 1e-3), (1.0, 0.5, 2, 1e-3), (0.2, 0.0, 0, 1e-3)],
+    [
+        (0.2, 0.0, 1, 1e-3),
+        (0.8, 0.7, 1, 1e-3),
+        (0.5, 0.3, 0, 1e-3),
+        (1.0, 0.5, 2, 1e-3),
+        *([(0.2, 0.0, 0, 1e-3)] if LARGE else []),
+    ],
 )
 def test_ten_rough_discs_come_to_lie(
     mu: float, e: float, seed: int, by_steps: float, workshop: Workshop, reach: Reach

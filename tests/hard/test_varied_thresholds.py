@@ -33,9 +33,9 @@ def rests(workshop: Workshop) -> Start:
 
 
 def tossed(workshop: Workshop) -> Start:
-    """Thrown, through accumulation after accumulation."""
+    """Thrown, through accumulation after accumulation: a third as many impacts as with the restitution of 0.5."""
     model = workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
-    return model, *tossed_hexagon(model), 3.0
+    return model.with_parameters({"ground_0.restitution": 0.1}), *tossed_hexagon(model), 3.0
 
 
 def rough(workshop: Workshop) -> Start:

@@ -190,7 +190,9 @@ def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) ->
         if run.t[-1] < whole.t[-1] and not press.by_the_clock:
             kept.append(len(run.t))
             assert run.nfev > 0 or len(run.t) == 1
-    assert missed <= 1 and (not kept or kept == sorted(kept))
+    most = np.maximum.accumulate([0, *kept])[1:]
+    heard_late = np.maximum(SHORT, most // growing.PART)  # by the clock, and so a look later than another press
+    assert missed <= 1 and np.all(most - kept <= heard_late)
 
 
 def test_ctrl_c_at_the_end_of_many_runs_marks_the_last(workshop: Workshop) -> None:

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.hard
 
 CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1 -std=c11"
-COUNT = os.environ.get("CCGEN_SANITIZED", "12")
+COUNT = os.environ.get("CCGEN_SANITIZED", "6")
 
 
 @pytest.fixture(scope="module")
