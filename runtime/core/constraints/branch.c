@@ -271,6 +271,11 @@ static void set_way_through(const struct system *s, struct branch *b, const stru
     b->comes_back = way->turns / sqrt(square);
 }
 
+static int moves(const struct system *s, const double *u)
+{
+    return fastest(s, u) * s->time > REST_SPEED;
+}
+
 /* b->rank and b->freedom; NOT_CLOSED where nothing tells a branch */
 static enum outcome find_rank(struct system *s, struct branch *b, struct closed *c, const double *q, const double *u)
 {
@@ -278,7 +283,7 @@ static enum outcome find_rank(struct system *s, struct branch *b, struct closed 
     int rank = reduce_rows(s, RANK_TOLERANCE, c);
     const int deficient =
         rank < s->model->rows || (rank && fabs(c->diagonal[rank - 1]) < BRIDGED * fabs(c->diagonal[0]));
-    if (!rank || (deficient && !(fastest(s, u) * s->time > REST_SPEED))) /* what stands tells no branch */
+    if (!rank || (deficient && !moves(s, u))) /* what stands, and has not moved, tells no branch */
         return OUTCOME_NOT_CLOSED;
     if (!b->rank && deficient)
         rank = rank_beside(s, c, q, u, rank);
@@ -336,9 +341,10 @@ static enum outcome choose_chart(struct system *s, struct branch *b, struct clos
     return outcome;
 }
 
-enum outcome begin_branch(struct system *s, struct branch *b, const double *q, const double *u)
+enum outcome begin_branch(struct system *s, struct branch *b, const double *q, const double *given)
 {
-    const int n = s->n;
+    const int n = s->n, stands = !moves(s, given);
+    const double *u = stands ? b->heading : given; /* what has come to rest is on the branch that it came along */
     const struct mark mark = s->arena->top;
     struct branch widest = {.freedom = n};
     struct closed c;
@@ -361,6 +367,8 @@ enum outcome begin_branch(struct system *s, struct branch *b, const double *q, c
     copy_place(s, b, &b->begins, &b->known);
     b->width = 0.0;
     memset(b->state, 0xff, 2 * (size_t)n * sizeof *b->state); /* no state: none is NaN */
+    if (!outcome && !stands)
+        memcpy(b->heading, u, n * sizeof *u);
 end:
     give_back(s->arena, mark);
     return outcome;

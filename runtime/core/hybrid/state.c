@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 19;
+    kind.version = 20;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -55,6 +55,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(f->branch.rank)                     \
     NUMBER(f->branch.placed)                   \
     ARRAY(f->branch.place, f->s->n)            \
+    ARRAY(f->branch.heading, f->s->n)          \
     ARRAY(f->branch.offset, f->s->model->rows) \
     NUMBER(at->widest)                         \
     NUMBER(at->follows)                        \

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "methods/gauss.h"
 #include "steps/kinks.h"
 #include "steps/look.h"
@@ -83,6 +84,16 @@ static enum outcome step_along_branch(const struct stretch *w, int end, double t
     return outcome;
 }
 
+/* Whether the stretch begins and ends at rest at one place: so it rests between */
+static int stands(const struct stretch *w)
+{
+    const struct system *s = w->system;
+    int moves = fastest(s, w->u[0]) * s->time > REST_SPEED || fastest(s, w->u[1]) * s->time > REST_SPEED;
+    for (int i = 0; i < s->n && !moves; i++)
+        moves = fabs(w->q[1][i] - w->q[0][i]) > SHUT * s->unit[i];
+    return !moves;
+}
+
 enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
 {
     struct advance a;
@@ -101,6 +112,10 @@ enum outcome step_by_singularity(const struct stretch *w, double t, double *y, i
     end_advance(&a, OUTCOME_NOT_CLOSED, y);
     if (outcome || !*there_is)
         return outcome;
+    if (stands(w)) { /* no velocity tells a branch */
+        write_row(w, 0, y);
+        return OUTCOME_DONE;
+    }
     outcome = step_along_branch(w, 0, t, y);
     if (outcome && outcome != OUTCOME_INTERRUPTED && !w->count)
         outcome = step_along_branch(w, 1, t, y); /* from where the velocities may tell the branch better */

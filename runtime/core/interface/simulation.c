@@ -201,6 +201,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->h = 0.0;
     f->at = (struct progress){0};
     f->branch.rank = 0;
+    memset(f->branch.heading, 0, f->s->n * sizeof *f->branch.heading);
     if (f->branch.chart)
         forget_place(f->s, &f->branch);
     run->steps = run->rejected = run->events = 0;

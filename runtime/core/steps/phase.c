@@ -42,7 +42,8 @@ int take_phase(struct phase *f)
         return 1;
     f->branch.place = TAKE_ZEROS(arena, double, s->n);
     f->branch.offset = TAKE_ZEROS(arena, double, s->model->rows);
-    f->noted_place = TAKE_ZEROS(arena, double, s->n + s->model->rows);
+    f->branch.heading = TAKE_ZEROS(arena, double, s->n);
+    f->noted_place = TAKE_ZEROS(arena, double, 2 * (size_t)s->n + s->model->rows);
     f->kept = TAKE_ZEROS(arena, double, memory_size(method, s));
     f->peak = TAKE_ZEROS(arena, double, c);
     f->gaps = TAKE_ZEROS(arena, double, c);
@@ -201,7 +202,8 @@ static struct before_step note_step(struct phase *f)
     if (f->s->active)
         memcpy(f->peak, f->active.peak, f->s->model->contacts * sizeof *f->peak);
     memcpy(f->noted_place, f->branch.place, f->s->n * sizeof *f->noted_place);
-    memcpy(f->noted_place + f->s->n, f->branch.offset, f->s->model->rows * sizeof *f->noted_place);
+    memcpy(f->noted_place + f->s->n, f->branch.heading, f->s->n * sizeof *f->noted_place);
+    memcpy(f->noted_place + 2 * f->s->n, f->branch.offset, f->s->model->rows * sizeof *f->noted_place);
     return (struct before_step){.at = f->at,
                                 .rank = f->branch.rank,
                                 .placed = f->branch.placed,
@@ -220,7 +222,8 @@ static void undo_step(struct phase *f, const struct before_step *before)
         memcpy(f->active.peak, f->peak, f->s->model->contacts * sizeof *f->peak);
     f->active.window = before->window;
     memcpy(f->branch.place, f->noted_place, f->s->n * sizeof *f->noted_place);
-    memcpy(f->branch.offset, f->noted_place + f->s->n, f->s->model->rows * sizeof *f->noted_place);
+    memcpy(f->branch.heading, f->noted_place + f->s->n, f->s->n * sizeof *f->noted_place);
+    memcpy(f->branch.offset, f->noted_place + 2 * f->s->n, f->s->model->rows * sizeof *f->noted_place);
     f->branch.rank = before->rank;
     f->branch.placed = before->placed;
     f->at = before->at;

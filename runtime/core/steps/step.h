@@ -40,7 +40,7 @@ struct phase {
     double *scratch;           /* of the run's method, */
     double *passing;           /* and of collocation, which takes its steps along branches if it damps, or NULL */
     struct branch branch;      /* of the closure, that the motion follows past a singular configuration */
-    double *noted_place;       /* [n + rows] branch.place and branch.offset before a step */
+    double *noted_place;       /* [2n + rows] branch.place, branch.heading and branch.offset before a step */
     const struct method *by;   /* that took the last step, */
     double *steps;             /* and its scratch */
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
