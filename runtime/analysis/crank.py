@@ -25,10 +25,15 @@ from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
 from .extremes import largest
 
-NEAR = 1e4
-"""A position whose rows have a larger condition number is at a change point; its neighbours stand in for it."""
-BESIDE = 1e-2
-"""How far apart these neighbours are, rad of the crank."""
+SINGULAR = 1e4
+"""A position whose rows have a larger condition number is at a change point: the walk goes over it, not onto it."""
+NEAR = 100.0
+"""One with a larger condition number may lie beside a change point: rounding times its cube is in accelerations, 1e-10
+here."""
+BESIDE = 0.15 * np.cos(np.pi * (2 * np.array([0, 1, 2, 3, 4, 7, 8, 9, 10, 11]) + 1) / 24.0)
+"""How far from it neighbours lie that tell it, rad of the crank: Chebyshev points but for the innermost two."""
+CROSSES = 1e-7
+"""Angles (rad) and lengths that neighbours tell so well, as parts of the mechanism's, lie on one smooth branch."""
 STRIDE, SHORTEST = 5e-3, 1e-7
 """Steps along the turn, rad of the crank."""
 MISS = 0.05
@@ -126,8 +131,8 @@ def driving_torque(
 ) -> DrivingTorque:
     """The torque that turns ``joint`` of a mechanism with one degree of freedom once, at the constant ``rate`` (rad/s).
 
-    The turn begins at ``q``, the scene's start unless given, and keeps to its branch. At change points, where the
-    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0,
+    The turn begins at ``q``, the scene's start unless given, and keeps to its branch. Beside change points, where the
+    torque is a limit and rounding grows, the polynomial through neighbours on both sides stands. Loads are those at t = 0,
     and effects that ``[start] off`` names are absent. With the rate zero the
     mechanism rests at every angle: there is no inertia in the torque, nor friction or damping, which need a speed.
 
@@ -208,8 +213,9 @@ class _Turn:
     def __init__(self, model: Model, drive: FloatArray, joint: str, rate: float, first: FloatArray) -> None:
         self.model, self.drive, self.joint, self.rate = model, drive, joint, rate
         self.contacts, self.way = Contacts(model), _way(rate)
+        self.units = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
         values = np.linalg.svd(self._rows(first), compute_uv=False)
-        if len(values) < len(first) or self.condition(first) > NEAR:
+        if len(values) < len(first) or self.condition(first) > SINGULAR:
             free = len(first) - int(np.linalg.matrix_rank(np.asarray(model.jacobian(first), dtype=float)))
             raise ValueError(
                 f"{joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
@@ -218,6 +224,8 @@ class _Turn:
             )
         self.angles, self.passed = [0.0], [first]
         """Regular configurations on the way: from each of them the walk can go on."""
+        self.behind: _Turn | None = None
+        """The turn the other way round, for what lies before the first configuration."""
 
     def closed(self, qs: FloatArray) -> tuple[tuple[str, str], ...]:
         """Contacts that are closed in some of ``qs`` (samples, nq)."""
@@ -229,16 +237,23 @@ class _Turn:
         reached = self._reach(turned)
         if self.condition(reached) <= NEAR:
             return self._sample(reached)
-        beside = min(BESIDE, turned / 2.0)
-        return _between([self._sample(self._reach(turned + part * beside)) for part in (-2.0, -1.0, 1.0, 2.0)])
+        try:
+            told_by_others = _at_zero([self._sample(self._reach(turned + part)) for part in BESIDE])
+        except ValueError:  # there is no way to all of them, as where a surface or a dead point is near
+            return self._sample(reached)
+        off = np.abs(told_by_others[0] - reached) / self.units
+        return told_by_others if np.max(off) <= CROSSES else self._sample(reached)
 
     def _reach(self, wanted: float) -> FloatArray:
         """The configuration there, from the nearest one behind it that has been passed."""
+        if wanted < 0.0:
+            self.behind = self.behind or _Turn(self.model, self.drive, self.joint, -self.way, self.passed[0])
+            return self.behind._reach(-wanted)
         last = bisect.bisect_right(self.angles, wanted) - 1
         if self.angles[last] == wanted:
             return self.passed[last]
         reached = self._walk(self.passed[last], self.angles[last], wanted)
-        if self.condition(reached) <= NEAR:
+        if self.condition(reached) <= SINGULAR:
             self.angles.insert(last + 1, wanted)
             self.passed.insert(last + 1, reached)
         return reached
@@ -297,7 +312,7 @@ class _Turn:
                 step = h / 2.0
                 if over or step < SHORTEST:
                     raise ValueError(self._stuck(angle, bar, q))
-            elif self.condition(found) > NEAR and h < wanted - angle:
+            elif self.condition(found) > SINGULAR and h < wanted - angle:
                 step, over = 1.3 * h, True  # over the change point rather than onto it
             else:
                 q, angle, step, over = found, angle + h, min(STRIDE, 2.0 * h), False
@@ -348,10 +363,9 @@ def _meeting(
     return np.asarray((ends - gaps - last * h) / np.where(dips, rate - last, -1.0))
 
 
-def _between(sides: list[Sample]) -> Sample:
-    """The middle of four samples at equal distances around it, by cubic interpolation."""
-    q, u, u_dot, torque = (
-        sum(weight * side[k] for weight, side in zip((-1 / 6, 2 / 3, 2 / 3, -1 / 6), sides, strict=True))
-        for k in range(4)
-    )
+def _at_zero(sides: list[Sample]) -> Sample:
+    """What samples at the distances :data:`BESIDE` tell of their middle: the polynomial through them (Lagrange)."""
+    others = [np.delete(BESIDE, k) for k in range(len(BESIDE))]
+    weights = [float(np.prod(-rest / (own - rest))) for own, rest in zip(BESIDE, others, strict=True)]
+    q, u, u_dot, torque = (sum(weight * side[k] for weight, side in zip(weights, sides, strict=True)) for k in range(4))
     return q, u, u_dot, float(torque)  # type: ignore[return-value]

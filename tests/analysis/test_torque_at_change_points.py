@@ -1,0 +1,69 @@
+"""The torque of a crank that turns a linkage through its change points, against closed forms and driven runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccgen.runtime import driving_torque, simulate
+
+from ..support.tiers import hard
+from ..support.workshop import Workshop
+
+TWO_CRANKS = """
+name = "two_cranks"
+[ground_link]
+points = { O = [0, 0], Q = [0.5, 0] }
+[[link]]
+name = "crank"
+rod = { mass = 1.0 }
+points = { A = [0, 0], B = [0.2, 0] }
+[[link]]
+name = "coupler"
+rod = { mass = 2.0 }
+points = { A = [0, 0], B = [0.5, 0] }
+[[link]]
+name = "rocker"
+rod = { mass = 1.0 }
+points = { A = [0, 0], B = [0.2, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+between = ["crank.B", "coupler.A"]
+[[joint]]
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+between = ["ground.Q", "rocker.A"]
+[gravity]
+[start]
+"""
+WEIGHT = 0.2 * 9.81 * (0.5 + 2.0 + 0.5)
+"""N m: what both cranks and the coupler take where they are level."""
+
+
+@pytest.mark.parametrize("start", [1.2217304763960306, *map(hard, (1.0, -2.3, 0.02, 3.1))])
+@pytest.mark.parametrize("rate", [3.0, 1000.0, *map(hard, (0.0, 10.0, 100.0, -100.0))])
+def test_a_parallelogram_takes_what_its_weights_take(rate: float, start: float, workshop: Workshop) -> None:
+    """Its coupler does not turn, and no speed changes: the torque is WEIGHT cos(angle), whatever the rate. Rounding is
+    of what each link takes, which goes as the rate squared."""
+    text = f"{TWO_CRANKS}angles = {{ crank = {start!r}, coupler = 0, rocker = {start!r} }}\n"
+    found = driving_torque(workshop.model(text), "axle", rate=rate)
+    near = 5e-12 * (1.0 + rate**2)
+    assert np.max(np.abs(found.torque - WEIGHT * np.cos(found.angle))) <= near
+    assert found.largest[0] == pytest.approx(WEIGHT, abs=near)
+    assert found.smallest[0] == pytest.approx(-WEIGHT, abs=near)
+
+
+@pytest.mark.parametrize("shorter", [1e-3, *map(hard, (1e-2, 1e-4, 1e-5))])
+def test_what_misses_a_change_point_is_no_limit(shorter: float, workshop: Workshop) -> None:
+    """A crank that is shorter passes the line of the links by, and all turns quickly there: as a driven run has it."""
+    text = TWO_CRANKS.replace("B = [0.2, 0]", f"B = [{0.2 - shorter!r}, 0]", 1)
+    start = "angles = { crank = 1.2, coupler = 0, rocker = 1.2 }\n"
+    driven = workshop.model(f'{text}{start}[[drive]]\njoint = "axle"\nspeed = 7.0\n')
+    found = driving_torque(workshop.model(text + start), "axle", rate=7.0, q=driven.start()[0])
+    run = simulate(driven, until=1.0, rtol=1e-12)
+    assert run.success, run.message
+    t = (found.angle - found.angle[0]) / 7.0
+    wanted = run.reactions(t)[:, driven.joints.index("axle"), 2]
+    assert np.max(np.abs(found.torque - wanted)) <= 1e-10 * np.max(np.abs(wanted))
