@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     from ccgen.runtime.model.inputs import Given
     from ccgen.runtime.simulation.events import OnEvent
 
-    Source = str | PathLike[str] | Scene | Mechanism | Model
+    Source = str | PathLike[str] | Mapping[str, Any] | Scene | Mechanism | Model
 
 __all__ = [
     "AccelerationFunction",
@@ -179,14 +179,17 @@ if not TYPE_CHECKING:  # all names are imported above: any other is a fault befo
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "generator", "runtime"})
+    return sorted({*__all__, "generator", "runtime", *(name for name in globals() if name.startswith("__"))})
 
 
 def load(source: Source) -> Model:
-    """The model of a scene file, a ``Scene``, a ``Mechanism``, the folder of a generated package, or a model itself.
+    """The model of a scene: of its file, its tables as a dict, a ``Scene``, a ``Mechanism``, the folder of a generated
+    package, or a model itself.
 
     A scene is compiled into the folder ``build``, or found there. Raises what ``load_scene``, ``generate`` and
     ``load_model`` raise."""
+    from collections.abc import Mapping
+    from os import PathLike
     from pathlib import Path
 
     from ccgen.generator import Mechanism, Scene, generate, load_scene
@@ -196,8 +199,15 @@ def load(source: Source) -> Model:
         return source
     if isinstance(source, Mechanism):
         source = source.scene()
+    if isinstance(source, Mapping):
+        source = load_scene(source)
     if isinstance(source, Scene):
         return load_model(generate(source))
+    if not isinstance(source, str | PathLike):
+        raise TypeError(
+            f"source: found {source!r}, expected the name of a scene file or of a package's folder, tables of a scene "
+            "as a dict, a Scene, a Mechanism or a Model"
+        )
     path = Path(source)
     return load_model(path) if path.is_dir() else load_model(generate(load_scene(path)))
 

@@ -46,6 +46,8 @@ FILES = ("result.npz", "plot.png", "player.html")
 GIF, VIDEO = "animation.gif", "animation.mp4"
 MOVING = (GIF, VIDEO)
 """Those of them that are asked for."""
+INTERRUPTED = "interrupted"
+"""Why a file is not written, where Ctrl-C has left it out."""
 
 
 @dataclass(frozen=True)
@@ -134,13 +136,15 @@ def run(
             )
         if not result.success:
             typer.echo(f"{scene.name}: {result.message}", err=True)
+        if detail is not Detail.NOTHING and result.message.endswith("interrupted"):
+            typer.echo("what there is is written now; Ctrl-C again leaves out forces and pictures", err=True)
         tell.stage("draw")
         with refusing(OSError):
             forces = Told(result, shared, detail is Detail.ALL)
             tables = contact_files(scene, csv)
             files, unwritten, removed = write(result, folder, moving, wanted, csv, forces, tables, titled(settings))
     if detail is not Detail.NOTHING:
-        print_results(scene, forces)
+        print_results(scene, None if INTERRUPTED in unwritten.values() else forces, result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files) or 'nothing'}")
         if removed:
             typer.echo(f"removed, as of the run before: {', '.join(str(folder / file) for file in removed)}")
@@ -153,16 +157,18 @@ def run(
         raise typer.Exit(STOPPED_EARLY)
 
 
-def print_results(scene: Scene, forces: Told) -> None:
-    """What has come, in what order, with what forces, and how exact that is."""
-    result = forces.run
+def print_results(scene: Scene, forces: Told | None, result: Run) -> None:
+    """What has come, in what order, with what ``forces`` if these are told, and how exact that is."""
     print_impacts(result.model, result)
     print_changes(result)
     print_events(result)
     print_missing(scene, result)
     print_contacts(result.model, result)
-    print_forces(forces)
-    print_drives(forces)
+    if forces is None:
+        typer.echo("forces: interrupted")
+    else:
+        print_forces(forces)
+        print_drives(forces)
     print_audit(result)
 
 
@@ -234,7 +240,7 @@ def write(
             unwritten[name] = told(error)
         except KeyboardInterrupt:
             interrupted = True
-            unwritten[name] = "interrupted"
+            unwritten[name] = INTERRUPTED
     made = [name for name in ways if name not in unwritten]
     removed: list[str] = []
     try:

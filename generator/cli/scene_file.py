@@ -31,7 +31,7 @@ def read(path: Path, settings: Mapping[str, float] | None = None) -> Scene:
     """The scene in ``path``, names of its ``[let]`` having the values that ``settings`` give them; or all its faults on
     standard error and exit code 2."""
     try:
-        return load_with_settings(path, {name: float(value) for name, value in (settings or {}).items()})
+        return load_with_settings(path, settings or {})
     except SceneError as error:
         fail(str(error))
 

@@ -36,11 +36,14 @@ def load_scene(path: str | PathLike[str] | Tables, *, let: Mapping[str, float] |
 
 
 def load_with_settings(path: str | PathLike[str], settings: Mapping[str, float]) -> Scene:
-    """The same of a file, with those of ``settings`` that are of names of its ``[let]``; others are of parameters."""
+    """The same of a file, with those of ``settings`` that are of names of its ``[let]``; others are of parameters.
+
+    What has a unit is read as it was written, so that it is told where it does not measure what the scene takes it for.
+    """
     found = _found(path)
     names = found.tables.get("let")
     known = names if isinstance(names, Mapping) else {}
-    return _read(found, {name: value for name, value in settings.items() if name in known})
+    return _read(found, {name: getattr(value, "text", value) for name, value in settings.items() if name in known})
 
 
 class _Found(NamedTuple):

@@ -132,8 +132,8 @@ def driving_torque(
     """The torque that turns ``joint`` of a mechanism with one degree of freedom once, at the constant ``rate`` (rad/s).
 
     The turn begins at ``q``, the scene's start unless given, and keeps to its branch. Beside change points, where the
-    torque is a limit and rounding grows, the polynomial through neighbours on both sides stands. Loads are those at t = 0,
-    and effects that ``[start] off`` names are absent. With the rate zero the
+    torque is a limit and rounding grows, the polynomial through neighbours on both sides stands. Loads are those
+    at t = 0, and effects that ``[start] off`` names are absent. With the rate zero the
     mechanism rests at every angle: there is no inertia in the torque, nor friction or damping, which need a speed.
 
     Contacts bar the way and do not push: those that the motion closes for a moment, or keeps closed, do no work in it.

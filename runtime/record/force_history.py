@@ -132,6 +132,7 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
     that rise as high as what has none.
     """
     passed: dict[int, float] = {}
+    joints = slice(found.first_joint, found.first_joint + found.reactions.shape[1])
     while True:
         peaks = find_peaks(found.t, found.away, lambda t: _forces(run, t).sizes, ~found.beside)
         spikes = np.unique(peaks.row[peaks.spikes]).tolist()
@@ -142,17 +143,26 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
         here = peaks.spikes & np.isin(peaks.row, rows)
         beside = found.beside.copy()
         beside[peaks.row[here], peaks.column[here]] = True
-        joints = slice(found.first_joint, found.first_joint + found.reactions.shape[1])
-        beside[rows, joints] = True  # a small pole on much else is no spike
+        for row in rows:  # whichever side of the line the instant is on; a small pole on much else is no spike
+            beside[[row, _across(found.t, row, passed[row])], joints] = True
         found = replace(found, beside=beside)
     times = np.setdiff1d(peaks.t, found.t)
     if len(times):
         more = _forces(run, times)
         more = more.rows(more.known)
-        more = replace(more, beside=~np.isfinite(more.sizes))
+        beside = ~np.isfinite(more.sizes)
+        for row in passed:  # where a drive's torque has its peak, say, forces of joints may be on the slope to a pole
+            between = (more.t > found.t[row - 1]) & (more.t < found.t[row + 1])
+            beside[between, joints] = True
+        more = replace(more, beside=beside)
         both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
         found = both.rows(np.argsort(both.t, kind="stable"))
     return found, np.array([passed[row] for row in sorted(passed)], dtype=found.t.dtype)
+
+
+def _across(t: FloatArray, row: int, passed: float) -> int:
+    """The instant of t (n,) next to ``row`` on the other side of the time ``passed``."""
+    return row + 1 if t[row] <= passed else row - 1
 
 
 def _passes_a_line(run: Record, before: float, after: float) -> bool:

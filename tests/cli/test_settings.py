@@ -450,3 +450,21 @@ def test_the_way_to_another_equilibrium_is_told(tmp_path: Path) -> None:
     assert "nearest=True (--nearest) looks for the nearest one, stable or not" in done.stderr
     done = CliRunner().invoke(app, ["equilibrium", "free.toml", "--nearest"])
     assert "--nearest" not in done.stderr
+
+
+def test_names_of_let_take_what_they_measure_in_the_scene(tmp_path: Path) -> None:
+    """With a unit as in the file, or without one in SI units; what measures something else is refused as there."""
+    scene = (
+        '[let]\nr = "80 mm"\n[[link]]\nname = "crank"\nrod = { mass = 1 }\npoints = { A = [0, 0], B = ["r", 0] }\n'
+        '[ground_link]\npoints = { O = [0, 0] }\n[[joint]]\nbetween = ["ground.O", "crank.A"]\n[gravity]\n'
+    )
+    (tmp_path / "swing.toml").write_text(scene)
+    for value in ("90 mm", "0.09", "2*0.045"):
+        done = CliRunner().invoke(app, ["run", "swing.toml", "--set", f"r={value}", "--until", "10 ms", "-q"])
+        assert done.exit_code == 0, done.stderr
+        with np.load("results/swing/result.npz") as written:
+            parameters = dict(zip(written["parameter_names"], written["parameter_values"], strict=True))
+        assert parameters["crank.points.B.x"] == pytest.approx(0.09, rel=1e-15)
+    for value, what in (("0.09 kg", "a mass"), ("5 deg", "an angle"), ("80 kg", "a mass")):
+        done = CliRunner().invoke(app, ["run", "swing.toml", "--set", f"r={value}"])
+        assert done.exit_code == 2 and f"that is {what}, not a length in m" in done.stderr, done.stderr

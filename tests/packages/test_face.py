@@ -85,7 +85,15 @@ def test_a_run_in_one_call_of_a_scene_in_any_form(
     scene = load_scene(SCENE)
     package = ccgen.generate(scene)
     wanted = simulated(load_model(package), until=0.1).q
-    for source in (SCENE, str(SCENE), scene, package, str(package), load_model(package)):
+    for source in (SCENE, str(SCENE), scene, scene.to_dict(), package, str(package), load_model(package)):
         run = ccgen.simulate(source, until=0.1)
         assert isinstance(run, Run) and np.array_equal(run.q, wanted)
     assert ccgen.load(SCENE).name == load_model(package).name
+    for wrong in (None, 5):
+        with pytest.raises(TypeError, match=f"source: found {wrong}, expected the name of a scene file"):
+            ccgen.load(wrong)  # type: ignore[arg-type]
+
+
+def test_only_its_names_are_listed() -> None:
+    listed = [name for name in dir(ccgen) if not name.startswith("__")]
+    assert listed == sorted({*ccgen.__all__, "generator", "runtime"} - {"__version__"})

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from ccgen.generator.cli.forces import Told
-from ccgen.runtime import simulate
-from ccgen.runtime.record.force_history import history
+from ccgen.runtime import Run, simulate
+from ccgen.runtime.record.force_history import history, with_peaks
 from ccgen.runtime.record.peaks import find_peaks
 
 from ..support.driven_crank import CRANK
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 
@@ -62,3 +63,64 @@ def test_the_first_of_equal_peaks_is_told(workshop: Workshop) -> None:
     told = {name: float(size.split()[0]) for name, size, _, _ in Told(run).rows}
     name = run.model.joints[0]
     assert told[name] == pytest.approx(sizes.max(), rel=1e-5)
+
+
+TWO_CRANKS = """
+name = "two-cranks"
+[ground_link]
+points = { O = [0, 0], Q = [0.5, 0] }
+[[link]]
+name = "crank"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.2, 0] }
+[[link]]
+name = "coupler"
+rod = { mass = 2 }
+points = { A = [0, 0], B = [0.5, 0] }
+[[link]]
+name = "rocker"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.2, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+between = ["crank.B", "coupler.A"]
+[[joint]]
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+name = "pivot"
+between = ["ground.Q", "rocker.A"]
+[gravity]
+[start]
+"""
+
+
+@pytest.mark.parametrize("speed", [100.0, *map(hard, (99.0, 101.0, 77.7))])
+def test_what_a_drive_needs_at_a_change_point_does_not_bring_forces_without_bound(
+    speed: float, workshop: Workshop
+) -> None:
+    """Its torque is largest there, and that instant is looked at. A crank that hangs carries itself and half the
+    coupler: 0.3 kg m of that which turns, 2 kg of weight; what falls from a pole is no largest force."""
+    parallel = "angles = { crank = 1.2217, coupler = 0, rocker = 1.2217 }\n"
+    model = workshop.model(f'{TWO_CRANKS}{parallel}[[drive]]\njoint = "axle"\nspeed = {speed}\n')
+    run = simulate(model, until=0.5)
+    axle, pivot = (largest_of(run, joint) for joint in ("axle", "pivot"))
+    assert axle == pytest.approx(0.3 * speed**2 + 19.62, rel=1e-4)
+    assert 0.3 * speed**2 - 19.62 <= pivot * (1.0 + 1e-4) and pivot <= axle * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("speed", [15.0, *map(hard, (14.9, 16.0, 16.3))])
+def test_forces_on_the_other_side_of_a_pole_are_none_of_the_largest(speed: float, workshop: Workshop) -> None:
+    """Whichever instants are looked at beside a line of links: crossed cranks that are alike carry as much."""
+    crossed = (
+        f"angles = {{ crank = 1.2217, coupler = -0.7, rocker = -1.92 }}\nangular_velocities = {{ crank = {speed} }}\n"
+    )
+    run = simulate(workshop.model(TWO_CRANKS + crossed), until=5.0)
+    assert largest_of(run, "axle") == pytest.approx(largest_of(run, "pivot"), rel=1e-3)
+
+
+def largest_of(run: Run, joint: str) -> float:
+    """The largest force of a joint that is told (N)."""
+    found, _ = with_peaks(run, history(run))
+    return float(found.away[:, found.first_joint + run.model.joints.index(joint)].max())
