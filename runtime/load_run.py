@@ -86,7 +86,7 @@ def package_of(path: str | os.PathLike[str]) -> str:
 
 
 def _none(path: object) -> str:
-    return f"path: {path}: found no run, expected what Run.save wrote"
+    return f"path: {path}: found no run, expected a file as ccgen run (result.npz) and Run.save write it"
 
 
 def _arrays_in(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -59,7 +59,13 @@ class Told:
     def passed(self) -> FloatArray:
         """When (s) links passed a line, or were next to it at instants looked at; raises ``ValueError`` likewise."""
         beside = self.history.t[self.history.beside.any(axis=1)]
-        return np.sort(np.concatenate([self._with_peaks[1], beside]))
+        last = self.history.t[-1] if self.stops else np.inf
+        return np.sort(np.concatenate([self._with_peaks[1], beside[beside < last]]))
+
+    @property
+    def stops(self) -> bool:
+        """Whether forces grow without bound towards the end of a run that cannot go on; raises as ``history``."""
+        return bool(not self.run.success and self.history.beside[-1].any())
 
     @cached_property
     def rows(self) -> list[Row]:
@@ -89,6 +95,11 @@ def print_forces(told: Told) -> None:
             f"forces of joints that grow without bound near a line of links, a change point, as at "
             f"t = {told.passed[0]:.6g} s, are not {'among them' if rows else 'told'}: they and impulses "
             "grow there as one by the distance from it"
+        )
+    if told.stops:
+        typer.echo(
+            "forces that grow without bound towards where the run cannot go on are not "
+            f"{'among them' if rows else 'told'}"
         )
 
 
@@ -256,6 +267,6 @@ def _drawn(told: Told) -> bool:
     if told.run.model.contacts or not told.run.model.joints:
         return bool(told.run.model.contacts)
     try:
-        return bool(_joints(told.run, told.history, LARGEST))
+        return bool(_joints(told.run, told.history, LARGEST)) or bool(told.history.beside.any())
     except ValueError:
         return True

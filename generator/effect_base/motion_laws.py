@@ -111,9 +111,9 @@ class Rises(Piecewise):
 
     @property
     def shown(self) -> str:
-        """``a cycloidal motion through 4 rows, at rest before and after``."""
+        """``a cycloidal motion between 4 rests, at rest before and after``."""
         named = " and ".join(dict.fromkeys(law for law in self.laws if law)) or "resting"
-        return f"a {named} motion through {len(self.stations)} rows, {ENDS[self.ends]}"
+        return f"a {named} motion between {len(self.stations)} rests, {ENDS[self.ends]}"
 
     @property
     def kind(self) -> str:

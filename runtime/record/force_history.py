@@ -17,7 +17,7 @@ from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
 from ..model.whole import Whole
 from .outputs import Sample, drive_effort, drive_power, driven_joints, headings_of
-from .peaks import find_peaks
+from .peaks import SPIKE, find_peaks
 from .record import Record
 
 INSTANTS = 1000
@@ -36,7 +36,8 @@ class History:
 
     Instants at which forces jump are there twice, with what they are just before and after. ``beside``
     (n, quantities), of ``sizes``, says which are without bound, or may be: where joints of links in a line have to
-    carry without bound, and next to instants at which links are so nearly in a line that no force is known.
+    carry without bound, next to instants at which links are so nearly in a line that no force is known, and at the end
+    of a run that cannot go on where they grow towards it as what has no bound does.
     """
 
     t: FloatArray
@@ -121,7 +122,11 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     line = np.pad(~found.known & ~np.any(steps, axis=0), 1) if steps else np.pad(~found.known, 1)
     beside = ~np.isfinite(found.sizes)
     beside[:, found.first_joint :] |= (line[:-2] | line[2:])[:, None]
-    return replace(found, beside=beside).rows(found.known)
+    found = replace(found, beside=beside).rows(found.known)
+    if not run.success and len(found.t) > 1:  # towards a dead point, say, or where friction jams
+        before, last = np.abs(found.sizes[-2:])
+        found.beside[-1] |= last > SPIKE * before
+    return found
 
 
 def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:

@@ -126,18 +126,20 @@ class OneBranch:
         gap: Callable[[float], float] | None = None,
         restitution: float = 0.0,
     ) -> Motion:
-        """From x and v at t = 0; a contact with this ``gap`` (m) strikes, and holds what it has stopped if that
-        presses."""
+        """From x and v at t = 0, as far as the branch is known; a contact with this ``gap`` (m) strikes, and holds what it
+        has stopped if that presses."""
         found, t, state = Motion(), 0.0, [x, v]
         for end in [*sorted(corner for corner in corners if 0.0 < corner < until), until]:
             while t < end:
-                strikes = None
-                if gap is not None:
 
-                    def strikes(_: float, y: Any) -> float:
-                        return gap(y[0])
+                def leaves(_: float, y: Any) -> float:
+                    return WIDTH - abs(y[0] - self.star)
 
-                    strikes.terminal, strikes.direction = True, -1.0  # type: ignore[attr-defined]
+                def strikes(_: float, y: Any) -> float:
+                    return 1.0 if gap is None else gap(y[0])
+
+                for event in (leaves, strikes):
+                    event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
                 piece = solve_ivp(
                     lambda t, y: [y[1], self.acceleration(t, y[0], y[1], load)],
                     (t, end),
@@ -146,15 +148,17 @@ class OneBranch:
                     rtol=2.3e-14,
                     atol=1e-15,
                     dense_output=True,
-                    events=strikes,
+                    events=(leaves, strikes),
                 )
                 assert piece.status >= 0, piece.message
                 t = float(piece.t[-1])
                 found.pieces.append((t, piece.sol))
                 state = piece.y[:, -1].tolist()
+                if len(piece.t_events[0]):
+                    return found
                 if piece.status == 1:
                     assert gap is not None
-                    t, at = float(piece.t_events[0][0]), piece.y_events[0][0]
+                    t, at = float(piece.t_events[1][0]), piece.y_events[1][0]
                     found.strikes.append((t, float(at[1])))
                     state = [float(at[0]), -restitution * float(at[1])]
                     way = gap(state[0] + 1e-6) - gap(state[0] - 1e-6)
@@ -175,6 +179,6 @@ class Motion:
 
     def at(self, t: float) -> tuple[float, float]:
         """x and v, those before an impact at its time."""
-        piece = next((one for end, one in self.pieces if t <= end), self.pieces[-1][1])
-        x, v = piece(t)
+        last, at_last = self.pieces[-1]
+        x, v = next((one for end, one in self.pieces if t <= end), at_last)(min(t, last))
         return float(x), float(v)

@@ -109,7 +109,9 @@ def test_files_that_are_none_are_refused(workshop: Workshop, tmp_path: Path) -> 
     run.state.save(tmp_path / "state.npz")
     (tmp_path / "cut.npz").write_bytes(file.read_bytes()[:-200])
     for name in ("text", "state", "cut"):
-        with pytest.raises(ValueError, match=rf"{name}\.npz: found no run, expected what Run\.save wrote"):
+        with pytest.raises(
+            ValueError, match=rf"{name}\.npz: found no run, expected a file as ccgen run \(result\.npz\)"
+        ):
             load_run(tmp_path / f"{name}.npz", model)
 
 

@@ -124,3 +124,55 @@ def largest_of(run: Run, joint: str) -> float:
     """The largest force of a joint that is told (N)."""
     found, _ = with_peaks(run, history(run))
     return float(found.away[:, found.first_joint + run.model.joints.index(joint)].max())
+
+
+SHORT_ROD = """
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.1, 0] }
+[[link]]
+name = "rod"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.08, 0] }
+[[link]]
+name = "slider"
+mass = 1
+inertia = 0.01
+com = [0, 0]
+points = { S = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+between = ["crank.B", "rod.A"]
+[[joint]]
+between = ["rod.B", "slider.S"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "slider.S"]
+axis = [1, 0]
+[start]
+angles = { crank = 0.2, rod = -0.3 }
+[gravity]
+[run]
+until = 1
+"""
+
+
+@pytest.mark.parametrize("speed", [2.0, 20.0])
+def test_what_grows_towards_a_dead_point_is_no_largest_force(speed: float, workshop: Workshop) -> None:
+    """There links pull as 1 / (t* - t)^(3/2), for as long as digits last, and drives with them. What is told lies
+    before the rise: the guide's force at the start, or nothing."""
+    run = simulate(workshop.model(f'{SHORT_ROD}[[drive]]\njoint = "axle"\nspeed = {speed}\n'))
+    assert not run.success and "no motion closes the loops beyond" in run.message
+    told = Told(run)
+    assert told.stops
+    rows = {name: float(size.split()[0]) for name, size, _, _ in told.rows}
+    start = np.abs(run.values("guide.force", t=[0.0])["guide.force"][0])
+    assert (
+        rows == {} if speed == 20.0 else rows["guide"] == pytest.approx(start, rel=1e-5) and max(rows.values()) < 20.0
+    )
