@@ -83,7 +83,8 @@ class OneBranch:
         if not self.d:
             return [own, -own]
         told = (chebyshev.chebder(one, derivative) if derivative else one for one in self.series)
-        return [own, *(float(chebyshev.chebval((x - self.star) / WIDTH, one)) / WIDTH**derivative for one in told)]
+        at = float(np.clip((x - self.star) / WIDTH, -1.0, 1.0))  # trials of a step may be far off
+        return [own, *(float(chebyshev.chebval(at, one)) / WIDTH**derivative for one in told)]
 
     def point(self, link: int, along: float, aside: float, x: float) -> Any:
         """Where a point of a link's frame is, and its first and second derivatives by x, as complex numbers (m)."""
@@ -126,8 +127,8 @@ class OneBranch:
         gap: Callable[[float], float] | None = None,
         restitution: float = 0.0,
     ) -> Motion:
-        """From x and v at t = 0, as far as the branch is known; a contact with this ``gap`` (m) strikes, and holds what it
-        has stopped if that presses."""
+        """From x and v at t = 0, as far as the branch is known; a contact with this ``gap`` (m) strikes, and holds what
+        it has stopped if that presses."""
         found, t, state = Motion(), 0.0, [x, v]
         for end in [*sorted(corner for corner in corners if 0.0 < corner < until), until]:
             while t < end:
