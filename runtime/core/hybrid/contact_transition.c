@@ -21,8 +21,10 @@
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
 #include "complementarity/sharing.h"
+#include "constraints/branch.h"
 #include "constraints/delassus.h"
 #include "constraints/mobility.h"
+#include "constraints/onto_branch.h"
 #include "constraints/twins.h"
 #include "hybrid/activation.h"
 #include "hybrid/decision.h"
@@ -261,6 +263,29 @@ static void pair_twins(const struct phase *f, struct decision *d)
         }
 }
 
+/* The velocities put back, along the branch of the motion where one is followed: rows that are left out of the closure would open it, and who goes on from
+ * there would not have what is brought to rest. */
+static enum outcome put_back(struct phase *f)
+{
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    double *there = TAKE(s->arena, double, 2 * (size_t)s->n);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_NOT_CLOSED;
+    if (!outcome)
+        goto end;
+    if (outcome != OUTCOME_NO_MEMORY && s->branch && follows_at(s, f->y)) {
+        memcpy(there, f->y, 2 * (size_t)s->n * sizeof *there);
+        outcome = put_onto_branch(s, there, there + s->n);
+        if (!outcome)
+            memcpy(f->y, there, 2 * (size_t)s->n * sizeof *there);
+    }
+    if (outcome == OUTCOME_NOT_CLOSED)
+        outcome = project_velocity(s, f->y, f->y + s->n);
+end:
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
  * against the direction in which it will slide. Other closed contacts that this drives into their grounds come to rest with
  * them: they would strike and undo it. */
@@ -281,7 +306,7 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
             k++;
         }
     activate(h, count, h->set, h->mode);
-    outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    outcome = put_back(f);
     contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int i = 0; resting == ALL_REST && i < d->count; i++)
         if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
@@ -290,7 +315,7 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
         }
     if (!outcome && h->count > count) {
         activate(h, h->count, h->set, h->mode);
-        outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+        outcome = put_back(f);
     }
     activate(h, count, h->set, mode);
 end:
@@ -305,7 +330,6 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
     d->loss = loss;
     enum outcome outcome = decide_on_branch(f);
     outcome = outcome ? outcome : gather_candidates(f, d);
-    f->s->branch = NULL;
     d->chosen = outcome ? 0 : choose_to_leave(d);
     if (!outcome && d->count && f->s->model->drives)
         outcome = leave_out_immovable(f, d);
@@ -359,7 +383,7 @@ static enum outcome select_and_project(struct phase *f, struct decision *d, stru
     if (outcome || !f->s->active->count)
         return outcome;
     look_what_goes_on(f, d, slips, goes_on);
-    outcome = project_position(f->s, f->y);
+    outcome = f->s->branch && follows_at(f->s, f->y) ? OUTCOME_DONE : project_position(f->s, f->y);
     return outcome ? outcome : project_contact_velocities(f, d, resting, goes_on);
 }
 
@@ -412,6 +436,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
             outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips, goes_on);
+            s->branch = NULL;
             again = !outcome && h->count && turns_sliding(f, &d, slips);
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)
@@ -449,7 +474,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
 
 enum outcome would_activate(struct phase *f, int *strikes)
 {
-    const struct system *s = f->s;
+    struct system *s = f->s;
     const struct mode_change none = {-1, DETACHES};
     const struct mark mark = s->arena->top;
     struct decision d;
@@ -458,6 +483,7 @@ enum outcome would_activate(struct phase *f, int *strikes)
     if (!take_decision(&d, f->s)) {
         deactivate_all(s->active, s->model->contacts);
         outcome = select_contacts(f, &d, none, NONE_RESTS);
+        s->branch = NULL;
         outcome = !outcome && d.chosen ? OUTCOME_JAMMED : outcome; /* a state has no rule: a run has */
         for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
             const int asked = i < d.count && d.contact[i] == c;
