@@ -353,6 +353,26 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
     return 0;
 }
 
+/* Note moves[contacts] of those that still slide although they were to be at rest along their grounds: where loops all but fix them, what would take that
+ * away is left out. Whether there is a new one. */
+static int notes_moving(const struct phase *f, const struct decision *d, const char *goes_on, double *slips,
+                        char *moves)
+{
+    const struct system *s = f->s;
+    int found = 0;
+    if (!s->friction)
+        return 0;
+    s->model->slips(s->k, f->y, f->y + s->n, slips);
+    for (int i = 0; i < d->count; i++) {
+        const int c = d->contact[i];
+        if (!stays(d, i) || goes_on[i] || moves[c] || !(fabs(slips[c]) > STILL * s->length / s->time))
+            continue;
+        moves[c] = 1;
+        found = 1;
+    }
+    return found;
+}
+
 /* Which candidates go on along their grounds as they are: smooth ones, those of which the sliding was known, and of the others, which are as slow as what may rest, those that slide
  * as has been found. What is brought to rest in a crowd of events is noted with how fast it has moved. */
 static void look_what_goes_on(struct phase *f, const struct decision *d, double *slips, char *goes_on)
@@ -420,11 +440,13 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
     struct system *s = f->s;
     struct active_set *h = s->active;
     const size_t c = s->model->contacts;
+    const struct mark all = s->arena->top;
+    char *moves = TAKE_ZEROS(s->arena, char, c);
     const struct mark mark = s->arena->top;
     const struct mode_change none = {-1, DETACHES};
-    enum outcome outcome = OUTCOME_DONE;
-    int again = 1;
-    for (size_t i = 0; again && i <= c; i++) {
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    int again = !outcome;
+    for (size_t i = 0; again && i <= 2 * c; i++) {
         struct decision d;
         double *slips = TAKE(s->arena, double, c);
         char *goes_on = TAKE_ZEROS(s->arena, char, c);
@@ -433,17 +455,20 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             outcome = OUTCOME_NO_MEMORY;
         } else {
             /* what vanishes is told by those that were held until the event: not by those just found */
+            d.moves = moves;
             outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
             outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips, goes_on);
             s->branch = NULL;
-            again = !outcome && h->count && turns_sliding(f, &d, slips);
+            again = !outcome && h->count &&
+                    (turns_sliding(f, &d, slips) || (f->at.slow > 0.0 && notes_moving(f, &d, goes_on, slips, moves)));
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)
                 f->run->contact = d.count ? d.contact[0] : -1;
         }
         give_back(s->arena, mark);
     }
+    give_back(s->arena, all);
     return again ? OUTCOME_REPEATS : outcome;
 }
 

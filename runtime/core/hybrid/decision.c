@@ -168,7 +168,8 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
         for (int i = 0; i < d->count; i++) {
             const int c = d->contact[i];
             d->b[d->count + i] = rates[c] + bias[c];
-            const double still = f->at.slow > 0.0 ? rest_velocity(f, c) : STILL * s->length / s->time;
+            const int slow_rests = f->at.slow > 0.0 && !(d->moves && d->moves[c]);
+            const double still = slow_rests ? rest_velocity(f, c) : STILL * s->length / s->time;
             d->mode[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= still ? 0 : slips[c] > 0.0 ? 1 : -1;
             if (c == loss.contact && loss.how != DETACHES && loss.how != LOADS)
                 d->mode[i] = 0;

@@ -31,6 +31,8 @@ struct decision {
     double scale;       /* the largest acceleration of a gap, or a small part of that of the links */
     double
         enlarged; /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
+    const char
+        *moves; /* [contacts] whether its sliding is no rest although it is slow: it could not be taken away; or NULL */
     int events_crowd;        /* events follow each other without time */
     int chosen;              /* contacts that could as well have stayed, and leave */
     struct mode_change loss; /* what has just ended */
