@@ -42,8 +42,8 @@ def rings(count: int, seed: int) -> list[Ring]:
 
 
 def missed(ring: Ring, method: str, workshop: Workshop) -> tuple[float, Run]:
-    """What of its energy neither rows nor impacts account for, of the largest in motion, and its run: what contacts take
-    in a step of time stepping is in no impact."""
+    """What of its energy neither rows nor impacts account for, of the largest in motion, and its run: what contacts
+    take in a step of time stepping is in no impact."""
     ground = [{"restitution": 0.5, "friction": 0.5}]
     model = workshop.model(loop(ring.links, gravity=True, start={"height": 1.0}, ground=ground))
     model = Model(model._descriptor, {**model.data, "law": ring.law}).with_parameters(
@@ -75,8 +75,8 @@ def test_random_rings_fall(method: str, count: int, seed: int, workshop: Worksho
 @pytest.mark.parametrize(("seed", "number"), [(6, 59), hard(5, 23), hard(5, 41)])
 def test_crowds_of_events_beside_lines_end_event_by_event(seed: int, number: int, workshop: Workshop) -> None:
     """Rings of eight whose corners all but lie on the ground: what was brought to rest on the closure as it is moved
-    another, which struck and undid it, and what slides there slower than a millionth cannot be stopped at all. They went
-    on by time stepping after 400 events at one instant."""
+    another, which struck and undid it, and what slides there slower than a millionth cannot be stopped at all. They
+    went on by time stepping after 400 events at one instant."""
     much, run = missed(rings(60, seed)[number], "gauss", workshop)
     assert all(phase.kind != "steps" for phase in run.phases)
     assert much <= 1e-8
