@@ -24,24 +24,23 @@ struct branch {
     struct branch_place begins; /* where the chart begins, */
     struct branch_place known;  /* and whence to go on: from there, or where all rows count well */
     struct branch_place nodes[BRANCH_NODES];
-    double *node_bias;    /* [BRANCH_NODES][n] accelerations there, in units, at the rate 1 of a single freedom, */
-    int biased;           /* if they are known */
-    int sampled;          /* whether the nodes lie on a ray through the place */
-    double *ray, *middle; /* [freedom] its direction, and where it meets the place */
-    double half, slope;   /* half of its length, and the distance from dependence by the way along it */
-    double width;         /* distance from dependence of the outermost nodes that served last, or 0 */
-    int referenced;       /* whether nodes are closed as one configuration is, */
-    double *reference;    /* [n] which: that at which the ray meets the place */
-    enum at_place kind;   /* what there is near the chart */
-    int placed;           /* whether the motion passes by a place that is known, */
-    double *place;        /* [n] where it lies, */
-    double *offset;       /* [rows] and what the closure misses there, if that is more than rounding */
-    double *
-        heading; /* [n] velocities that told a branch last, zeros where none have: what stands there goes on along it */
-    double *through;              /* [freedom] the direction in which a motion goes through it, */
-    double until, comes_back;     /* the way there, and how fast rows come back along it: 0 where it does not */
-    struct branch_place last;     /* the configuration that was asked for last; */
-    int inside;                   /* whether it is interpolated, */
+    double *node_bias;        /* [BRANCH_NODES][n] accelerations there, in units, at the rate 1 of a single freedom, */
+    int biased;               /* if they are known */
+    int sampled;              /* whether the nodes lie on a ray through the place */
+    double *ray, *middle;     /* [freedom] its direction, and where it meets the place */
+    double half, slope;       /* half of its length, and the distance from dependence by the way along it */
+    double width;             /* distance from dependence of the outermost nodes that served last, or 0 */
+    int referenced;           /* whether nodes are closed as one configuration is, */
+    double *reference;        /* [n] which: that at which the ray meets the place */
+    enum at_place kind;       /* what there is near the chart */
+    int placed;               /* whether the motion passes by a place that is known, */
+    double *place;            /* [n] where it lies, */
+    double *offset;           /* [rows] and what the closure misses there, if that is more than rounding */
+    double *heading;          /* [n] velocities that told a branch last; zeros: none have */
+    double *through;          /* [freedom] the direction in which a motion goes through it, */
+    double until, comes_back; /* the way there, and how fast rows come back along it: 0 where it does not */
+    struct branch_place last; /* the configuration that was asked for last; */
+    int inside;               /* whether it is interpolated, */
     double weights[BRANCH_NODES]; /* and by what */
     double *state;                /* [2 n] the state that was put onto the branch last */
 };

@@ -296,6 +296,7 @@ enum outcome factorise_motions(struct system *s, const double *q, int held, cons
     for (int j = 0; j < rows; j++)
         f->order[j] = j;
     z->rank = reduce_columns(s->n, rows, f->g, nearest, f->diagonal, f->beta, f->order);
+    s->left_out = rows - z->rank;
     write_particular(s, z);
     write_null_motions(s, z->rank, f->g, f->beta, z->null);
     write_masses(s, q, s->n - z->rank, z->null, z->mass, z->b);

@@ -168,6 +168,7 @@ struct before_stage {
     struct active_set active;
     long steps, rejected, choices;
     double rest_speed;
+    double *heading; /* [n] */
     size_t rows, impacts, struck, changes, closed, stretches;
     size_t last; /* row of the last stretch of time stepping, which may go on, */
     double t1, step, miss;
@@ -179,10 +180,12 @@ static enum outcome note_stage(const struct phase *f, struct before_stage *befor
     const struct run *run = f->run;
     before->y = TAKE(s->arena, double, s->size);
     before->latched = TAKE(s->arena, double, s->model->latches);
+    before->heading = TAKE(s->arena, double, s->n);
     if (take_active_set(s->arena, &before->active, s->model))
         return OUTCOME_NO_MEMORY;
     copy_active_set(&before->active, &f->active, s->model->contacts);
     memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
+    memcpy(before->heading, f->branch.heading, s->n * sizeof *before->heading);
     for (int l = 0; l < s->model->latches; l++)
         before->latched[l] = f->latched[l];
     s->model->energy(s->k, f->y, f->y + s->n, before->energy);
@@ -213,6 +216,7 @@ static void undo_stage(struct phase *f, const struct before_stage *before)
     const struct system *s = f->s;
     struct run *run = f->run;
     memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+    memcpy(f->branch.heading, before->heading, s->n * sizeof *before->heading);
     copy_active_set(&f->active, &before->active, s->model->contacts);
     for (int l = 0; l < s->model->latches; l++)
         f->latched[l] = before->latched[l];

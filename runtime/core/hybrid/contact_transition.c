@@ -263,24 +263,25 @@ static void pair_twins(const struct phase *f, struct decision *d)
         }
 }
 
-/* The velocities put back, along the branch of the motion where one is followed: rows that are left out of the closure would open it, and who goes on from
- * there would not have what is brought to rest. */
+/* The state put back, along the branch of the motion where one is followed: on the closure as it is rows would be left out, and as the next step begins
+ * other contacts would get back what they have lost. */
 static enum outcome put_back(struct phase *f)
 {
     struct system *s = f->s;
+    const size_t n = s->n;
     const struct mark mark = s->arena->top;
-    double *there = TAKE(s->arena, double, 2 * (size_t)s->n);
-    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_NOT_CLOSED;
-    if (!outcome)
-        goto end;
-    if (outcome != OUTCOME_NO_MEMORY && s->branch && follows_at(s, f->y)) {
-        memcpy(there, f->y, 2 * (size_t)s->n * sizeof *there);
-        outcome = put_onto_branch(s, there, there + s->n);
+    double *there = TAKE(s->arena, double, 2 * n);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome && s->branch && follows_at(s, f->y)) {
+        memcpy(there, f->y, 2 * n * sizeof *there);
+        outcome = put_onto_branch(s, there, there + n);
         if (!outcome)
-            memcpy(f->y, there, 2 * (size_t)s->n * sizeof *there);
+            memcpy(f->y, there, 2 * n * sizeof *there);
+        if (!outcome || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
+            goto end;
+        outcome = project_position(s, f->y);
     }
-    if (outcome == OUTCOME_NOT_CLOSED)
-        outcome = project_velocity(s, f->y, f->y + s->n);
+    outcome = outcome ? outcome : project_velocity(s, f->y, f->y + n);
 end:
     give_back(s->arena, mark);
     return outcome;

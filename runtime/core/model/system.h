@@ -31,10 +31,10 @@ struct system {
     struct arena *arena;               /* for scratch, which every function gives back at its end */
     double missed;                     /* by how much the last state put onto the closure missed it (m), */
     double missed_rate;                /* and its velocities (m/s) */
-    double
-        moved_rate; /* and by how much that changed them (rad/s, and times length), infinite where rows were left out */
-    int projects_steps; /* whether the ends of steps are */
-    double baumgarte;   /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
+    double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */
+    int left_out;                      /* rows that were left out as that was done, for they all but depend on others */
+    int projects_steps;                /* whether the ends of steps are */
+    double baumgarte; /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
     struct branch *branch;        /* that states are put onto, or NULL: constraints/branch.h */
     struct active_set *active;    /* contacts that stay closed, or NULL: constraints/active_set.h */
     double length;                /* a length of the mechanism (m), the scale of closure */

@@ -122,13 +122,13 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
     enum outcome outcome = take_room(s, &r);
     if (outcome)
         goto end;
-    const long dependent = s->rank_deficient;
+    s->left_out = 0;
     m->closure_rate(s->k, q, u, r.rows);
     s->missed_rate = largest(m->rows, r.rows);
     if (active_count(s))
         rates_of_active(s, q, u, s->active->rows, r.rates, r.slips, r.rows + m->rows);
     outcome = correct(s, q, 1, RANK_TOLERANCE_PROJECTED, &r, u);
-    s->moved_rate = outcome || s->rank_deficient > dependent ? INFINITY : fastest(s, r.jump);
+    s->moved_rate = outcome ? INFINITY : fastest(s, r.jump);
 end:
     give_back(s->arena, mark);
     return outcome;

@@ -22,12 +22,14 @@ static int off_the_closure(const struct phase *f)
            s->missed > BESIDE * (atol + rtol) * s->length;
 }
 
-/* Putting a state back from near such a place changes its velocities by 1 / sigma
- * times what they missed: looked at only where they changed by a good part of that. */
+/* Putting a state back from near such a place changes its velocities by 1 / sigma times what they missed, or leaves out rows that depend nowhere else: looked at
+ * only where it changed them by a good part of that, or more rows were left out than depend everywhere. */
 int ends_near_dependence(struct phase *f)
 {
     const struct system *s = f->s;
-    return f->branch.chart && projects(f) && MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate &&
+    const int everywhere = f->branch.rank ? s->model->rows - f->branch.rank : 0;
+    return f->branch.chart && projects(f) &&
+           (s->left_out > everywhere || MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate) &&
            is_beside_place(f, f->y1);
 }
 
