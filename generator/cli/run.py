@@ -223,14 +223,17 @@ def write(
         **dict(zip(FILES, (result.save, plot, player), strict=True)),
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result, settings),
-        **ways_to_write(forces, csv, wanted.times, settings),
         **ways_to_write_contacts(result, tables),
     }
     unwritten: dict[str, str] = {}
     interrupted = False
+    try:
+        ways |= ways_to_write(forces, csv, wanted.times, settings)
+    except KeyboardInterrupt:
+        interrupted = True
     for name, way in ways.items():
         try:
-            if interrupted:
+            if interrupted and name != FILES[0]:
                 raise KeyboardInterrupt
             way(folder / name)
             record_results(folder, [name])

@@ -30,10 +30,10 @@ SINGULAR = 1e4
 NEAR = 100.0
 """One with a larger condition number may lie beside a change point: rounding times its cube is in accelerations, 1e-10
 here."""
-BESIDE = 0.15 * np.cos(np.pi * (2 * np.array([0, 1, 2, 3, 4, 7, 8, 9, 10, 11]) + 1) / 24.0)
-"""How far from it neighbours lie that tell it, rad of the crank: Chebyshev points but for the innermost two."""
-CROSSES = 1e-7
-"""Angles (rad) and lengths that neighbours tell so well, as parts of the mechanism's, lie on one smooth branch."""
+BESIDE = np.cos(np.pi * (2 * np.array([0, 1, 2, 3, 4, 7, 8, 9, 10, 11]) + 1) / 24.0)
+"""Where neighbours lie that tell it, from -1 to 1: Chebyshev points but for the innermost two."""
+WIDTHS = (0.15, 0.05, 0.017)
+"""Up to how far they lie from it, rad of the crank: less where a surface, a dead point or a corner is near."""
 STRIDE, SHORTEST = 5e-3, 1e-7
 """Steps along the turn, rad of the crank."""
 MISS = 0.05
@@ -43,8 +43,8 @@ REPEATS = 1e-9
 SLIDING = 1e-9
 """A contact that slides slower than this part of the fastest motion rolls or sticks."""
 
-Sample = tuple[FloatArray, FloatArray, FloatArray, float]
-"""q, u, u̇ and the torque."""
+Sample = tuple[FloatArray, FloatArray, FloatArray, float, float]
+"""q, u, u̇, the torque, and the sizes of what it is the sum of, which rounding is a part of."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +214,7 @@ class _Turn:
         self.model, self.drive, self.joint, self.rate = model, drive, joint, rate
         self.contacts, self.way = Contacts(model), _way(rate)
         self.units = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+        """Of the coordinates: the condition of the rows does not hang on the mechanism's size."""
         values = np.linalg.svd(self._rows(first), compute_uv=False)
         if len(values) < len(first) or self.condition(first) > SINGULAR:
             free = len(first) - int(np.linalg.matrix_rank(np.asarray(model.jacobian(first), dtype=float)))
@@ -235,14 +236,24 @@ class _Turn:
     def sample(self, turned: float) -> Sample:
         """The motion after the crank has turned by that (rad), in the direction of the rate."""
         reached = self._reach(turned)
-        if self.condition(reached) <= NEAR:
+        condition = self.condition(reached)
+        if condition <= NEAR:
             return self._sample(reached)
-        try:
-            told_by_others = _at_zero([self._sample(self._reach(turned + part)) for part in BESIDE])
-        except ValueError:  # there is no way to all of them, as where a surface or a dead point is near
-            return self._sample(reached)
-        off = np.abs(told_by_others[0] - reached) / self.units
-        return told_by_others if np.max(off) <= CROSSES else self._sample(reached)
+        found = self._sample(reached)
+        off, refused = np.finfo(float).eps * condition**3 * found[4], ValueError()
+        for width in WIDTHS:
+            try:
+                told_by_others, spread = _at_zero([self._sample(self._reach(turned + width * part)) for part in BESIDE])
+            except ValueError as error:  # there is no way to all of them
+                refused = error
+                continue
+            if spread < off:
+                found, off = told_by_others, spread
+            if off <= np.finfo(float).eps * NEAR**3 * found[4]:  # as well as anywhere; nearer to it rounding is larger
+                break
+        if off > found[4] and refused.args:
+            raise refused
+        return found
 
     def _reach(self, wanted: float) -> FloatArray:
         """The configuration there, from the nearest one behind it that has been passed."""
@@ -259,8 +270,8 @@ class _Turn:
         return reached
 
     def condition(self, q: FloatArray) -> float:
-        """Condition number of the rows at ``q``."""
-        values = np.linalg.svd(self._rows(q), compute_uv=False)
+        """Condition number of the rows at ``q``, in the mechanism's units."""
+        values = np.linalg.svd(self._rows(q) * self.units, compute_uv=False)
         return float(values[0] / max(values[min(len(values), len(q)) - 1], 1e-300))
 
     def _rows(self, q: FloatArray) -> FloatArray:
@@ -284,7 +295,7 @@ class _Turn:
         self._check_sliding(q, along)
         u, u_dot = abs(self.rate) * along, self.rate**2 * bend
         force = self.model.kernels.inverse_dynamics(q[None], u[None], 0.0, u_dot[None])[0]
-        return q, u, u_dot, float(force @ along) * self.way
+        return q, u, u_dot, float(force @ along) * self.way, float(np.abs(force) @ np.abs(along))
 
     def _check_sliding(self, q: FloatArray, u: FloatArray) -> None:
         """No rough contact slides: by its friction it would take work, and nothing says how hard it pushes."""
@@ -363,9 +374,17 @@ def _meeting(
     return np.asarray((ends - gaps - last * h) / np.where(dips, rate - last, -1.0))
 
 
-def _at_zero(sides: list[Sample]) -> Sample:
-    """What samples at the distances :data:`BESIDE` tell of their middle: the polynomial through them (Lagrange)."""
-    others = [np.delete(BESIDE, k) for k in range(len(BESIDE))]
-    weights = [float(np.prod(-rest / (own - rest))) for own, rest in zip(BESIDE, others, strict=True)]
-    q, u, u_dot, torque = (sum(weight * side[k] for weight, side in zip(weights, sides, strict=True)) for k in range(4))
-    return q, u, u_dot, float(torque)  # type: ignore[return-value]
+def _at_zero(sides: list[Sample]) -> tuple[Sample, float]:
+    """What samples at the places :data:`BESIDE` tell of their middle, and how far the torque is off: that of the
+    polynomial through them (Lagrange) from that without the outermost, which is more off."""
+    every, inner = _weights(BESIDE), _weights(BESIDE[1:-1])
+    found = [sum(weight * side[k] for weight, side in zip(every, sides, strict=True)) for k in range(5)]
+    less = sum(weight * side[3] for weight, side in zip(inner, sides[1:-1], strict=True))
+    q, u, u_dot, torque, _ = found
+    size = max(side[4] for side in sides)
+    return (q, u, u_dot, float(torque), size), float(abs(torque - less))  # type: ignore[return-value, arg-type]
+
+
+def _weights(places: FloatArray) -> list[float]:
+    """What values at ``places`` count in their polynomial at zero."""
+    return [float(np.prod(-rest / (own - rest))) for own, rest in ((one, places[places != one]) for one in places)]

@@ -54,8 +54,10 @@ def draw_forces(
             away = zip(curves.values(), found.far_of_joints().T, strict=True)
             largest = max(float(np.max(curve, where=far, initial=0.0)) for curve, far in away)
             if not largest > 0.0:  # all rise to where they have no bound: half of the instants are seen
-                largest = float(np.median(np.max(list(curves.values()), axis=0)))
-            axes.set_ylim(0.0, ROOM * largest)
+                sizes = np.max(list(curves.values()), axis=0)
+                largest = float(np.median(sizes[np.isfinite(sizes)])) if np.isfinite(sizes).any() else 0.0
+            if largest > 0.0:
+                axes.set_ylim(0.0, ROOM * largest)
         axes.set_ylabel(label)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)

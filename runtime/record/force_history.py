@@ -17,13 +17,16 @@ from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
 from ..model.whole import Whole
 from .outputs import Sample, drive_effort, drive_power, driven_joints, headings_of
-from .peaks import SPIKE, find_peaks
+from .peaks import find_peaks
 from .record import Record
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
 DEPENDENT = 1e-12
 """Part of the largest singular value: rows that others imply have less by rounding of sums over links."""
+GROWS = 1.4
+"""Times the size an instant before, three times in a row: what has no bound grows so towards the end of a run whose
+steps come to a half and less of each other there, as the root of one by the distance at least."""
 BEFORE = 1e-9
 """Part of a phase by which its end is looked at earlier: forces change by as little, places by more than rounding."""
 
@@ -123,9 +126,9 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     beside = ~np.isfinite(found.sizes)
     beside[:, found.first_joint :] |= (line[:-2] | line[2:])[:, None]
     found = replace(found, beside=beside).rows(found.known)
-    if not run.success and len(found.t) > 1:  # towards a dead point, say, or where friction jams
-        before, last = np.abs(found.sizes[-2:])
-        found.beside[-1] |= last > SPIKE * before
+    if not run.success and len(found.t) > 3 and np.all(np.diff(found.t[-4:]) > 0.0):
+        sizes = np.abs(found.sizes[-4:])  # towards a dead point, say, or where friction jams; events shrink their steps
+        found.beside[-1] |= np.all((sizes[1:] > GROWS * sizes[:-1]) & (sizes[:-1] > 0.0), axis=0)
     return found
 
 

@@ -288,7 +288,7 @@ def missed(one: Passage, case: Case, model: Model, run: Run, motion: Motion | No
 def test_what_happens_beside_a_change_point(count: int, seed: int, workshop: Workshop, reach: Reach) -> None:
     """The branch is kept, and states, efforts and energies are those of the equation; impacts as many."""
     most: dict[tuple[str, str], float] = {}
-    wrong = []
+    wrong, seen = [], set[str]()
     for one in passages(count, seed):
         case = case_of(one)
         if case is None:
@@ -300,11 +300,13 @@ def test_what_happens_beside_a_change_point(count: int, seed: int, workshop: Wor
             run = simulate(model, until=until, method=method)
             assert run.success, (one, method, run.message)
             found = missed(one, case, model, run, motion)
-            if len(run.impacts) != strikes or max(found.values()) > 1e-7:
+            if len(run.impacts) != strikes or not all(much <= 1e-7 for much in found.values()):
                 wrong.append(f"{method}: {found}, {len(run.impacts)} impacts for {strikes}\n{case.text}")
             for what, much in (*found.items(), ("rows", float(len(run.t)))):
                 most[method, what] = max(most.get((method, what), 0.0), much)
+        seen.add(one.event)
     assert not wrong, "\n".join(wrong)
+    assert len(seen) >= min(len(EVENTS), count) - 1
     for (method, what), much in most.items():
         bound = 1e-8 if what == "efforts" else ROWS[method] if what == "rows" else MISSED[method]
         reach(f"{count} passages of change points with something beside, {method}: {what}", much, bound)
