@@ -15,7 +15,7 @@ from ccgen.runtime import Run, simulate
 from ..support.bodies import G, penetration, rise, tossed_hexagon
 from ..support.endings import ending
 from ..support.reach import Reach
-from ..support.tiers import hard
+from ..support.tiers import LARGE, hard
 from ..support.workshop import Workshop
 
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
@@ -242,7 +242,7 @@ friction = 1.0
 """
 
 
-@pytest.mark.parametrize("n", [hard(6), hard(8)])
+@pytest.mark.parametrize("n", [hard(6), *([hard(8)] if LARGE else [])])
 def test_rough_rings_in_a_corner(n: int, workshop: Workshop, reach: Reach) -> None:
     """Thrown against a wall, they fall into the corner of wall and floor, where friction can jam them."""
     model = workshop.model(IN_A_CORNER.replace("links = 6", f"links = {n}"))
