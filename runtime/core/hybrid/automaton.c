@@ -97,9 +97,9 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     }
     a->at_once++;
     a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
-    /* What strikes faster than what rests loses energy, or with e = 1 is ended by what a window may have. */
-    const int bounces =
-        a->struck && (a->event.watch != CLOSES || f->rates[a->event.contact] < -rest_velocity(f, a->event.contact));
+    /* What strikes faster than what rests loses energy, or with e = 1 is ended by what a window may have; but drives give it back. */
+    const int bounces = !f->s->model->drives && a->struck &&
+                        (a->event.watch != CLOSES || f->rates[a->event.contact] < -rest_velocity(f, a->event.contact));
     if (a->at_once > 2 * (long)CROWD && !bounces) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
