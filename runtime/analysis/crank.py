@@ -240,7 +240,7 @@ class _Turn:
         if condition <= NEAR:
             return self._sample(reached)
         found = self._sample(reached)
-        off, refused = np.finfo(float).eps * condition**3 * found[4], ValueError()
+        off, refused = float(np.finfo(float).eps) * condition**3 * found[4], ValueError()
         for width in WIDTHS:
             try:
                 told_by_others, spread = _at_zero([self._sample(self._reach(turned + width * part)) for part in BESIDE])
