@@ -310,3 +310,51 @@ def test_what_happens_beside_a_change_point(count: int, seed: int, workshop: Wor
     for (method, what), much in most.items():
         bound = 1e-8 if what == "efforts" else ROWS[method] if what == "rows" else MISSED[method]
         reach(f"{count} passages of change points with something beside, {method}: {what}", much, bound)
+
+
+@pytest.mark.parametrize("method", ["gauss", *map(hard, METHODS[1:])])
+def test_what_is_stopped_in_a_place_goes_on_from_its_state(method: str, workshop: Workshop) -> None:
+    """A parallelogram is stopped by a ground where its cranks are level, and its weight takes it back: as the same
+    parallelogram, whether the run goes on or begins anew from the state at the impact."""
+    scene = """
+    name = "stopped"
+    [ground_link]
+    points = { O = [0, 0], Q = [0.5, 0] }
+    [[link]]
+    name = "crank"
+    rod = { mass = 1 }
+    points = { A = [0, 0], B = [0.4, 0] }
+    [[link]]
+    name = "rod"
+    rod = { mass = 1.5 }
+    points = { A = [0, 0], B = [0.5, 0] }
+    [[link]]
+    name = "rocker"
+    rod = { mass = 2 }
+    points = { A = [0, 0], B = [0.4, 0] }
+    [[joint]]
+    between = ["ground.O", "crank.A"]
+    [[joint]]
+    between = ["crank.B", "rod.A"]
+    [[joint]]
+    between = ["rod.B", "rocker.B"]
+    [[joint]]
+    between = ["ground.Q", "rocker.A"]
+    [start]
+    angles = { crank = 3.7, rod = 0, rocker = 3.7 }
+    angular_velocities = { crank = -20 }
+    [[ground]]
+    restitution = 0
+    normal = [0, -1]
+    contacts = ["rocker.B"]
+    [gravity]
+    """
+    model = workshop.model(scene)
+    whole = simulate(model, until=0.3, method=method)
+    first = simulate(model, until=whole.impacts[0].t, method=method)
+    rest = simulate(model, state=first.state, until=0.3, method=method)
+    for run in (whole, rest):
+        assert run.success and run.energy_drift <= 1e-9 * float(np.max(model.energy(whole.q, whole.u)[0]))
+        assert np.max(np.abs(run.q[:, 0] - run.q[:, 2])) <= 1e-9 and np.max(np.abs(run.q[:, 1])) <= 1e-9
+    assert len(whole.impacts) == 1 and abs(first.q[-1, 0] - np.pi) <= 1e-12
+    assert whole.q[-1, 0] - np.pi > 0.3 and np.max(np.abs(rest.q[-1] - whole.q[-1])) <= 1e-7
