@@ -8,36 +8,9 @@ import pytest
 from ccgen.runtime import driving_torque, simulate
 
 from ..support.tiers import hard
+from ..support.two_cranks import TWO_CRANKS
 from ..support.workshop import Workshop
 
-TWO_CRANKS = """
-name = "two_cranks"
-[ground_link]
-points = { O = [0, 0], Q = [0.5, 0] }
-[[link]]
-name = "crank"
-rod = { mass = 1.0 }
-points = { A = [0, 0], B = [0.2, 0] }
-[[link]]
-name = "coupler"
-rod = { mass = 2.0 }
-points = { A = [0, 0], B = [0.5, 0] }
-[[link]]
-name = "rocker"
-rod = { mass = 1.0 }
-points = { A = [0, 0], B = [0.2, 0] }
-[[joint]]
-name = "axle"
-between = ["ground.O", "crank.A"]
-[[joint]]
-between = ["crank.B", "coupler.A"]
-[[joint]]
-between = ["coupler.B", "rocker.B"]
-[[joint]]
-between = ["ground.Q", "rocker.A"]
-[gravity]
-[start]
-"""
 WEIGHT = 0.2 * 9.81 * (0.5 + 2.0 + 0.5)
 """N m: what both cranks and the coupler take where they are level."""
 

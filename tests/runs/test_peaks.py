@@ -12,6 +12,7 @@ from ccgen.runtime.record.peaks import find_peaks
 
 from ..support.driven_crank import CRANK
 from ..support.tiers import hard
+from ..support.two_cranks import TWO_CRANKS
 from ..support.workshop import Workshop
 
 
@@ -63,37 +64,6 @@ def test_the_first_of_equal_peaks_is_told(workshop: Workshop) -> None:
     told = {name: float(size.split()[0]) for name, size, _, _ in Told(run).rows}
     name = run.model.joints[0]
     assert told[name] == pytest.approx(sizes.max(), rel=1e-5)
-
-
-TWO_CRANKS = """
-name = "two-cranks"
-[ground_link]
-points = { O = [0, 0], Q = [0.5, 0] }
-[[link]]
-name = "crank"
-rod = { mass = 1 }
-points = { A = [0, 0], B = [0.2, 0] }
-[[link]]
-name = "coupler"
-rod = { mass = 2 }
-points = { A = [0, 0], B = [0.5, 0] }
-[[link]]
-name = "rocker"
-rod = { mass = 1 }
-points = { A = [0, 0], B = [0.2, 0] }
-[[joint]]
-name = "axle"
-between = ["ground.O", "crank.A"]
-[[joint]]
-between = ["crank.B", "coupler.A"]
-[[joint]]
-between = ["coupler.B", "rocker.B"]
-[[joint]]
-name = "pivot"
-between = ["ground.Q", "rocker.A"]
-[gravity]
-[start]
-"""
 
 
 @pytest.mark.parametrize("speed", [100.0, *map(hard, (99.0, 101.0, 77.7))])

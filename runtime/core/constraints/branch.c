@@ -271,7 +271,7 @@ static void set_way_through(const struct system *s, struct branch *b, const stru
     b->comes_back = way->turns / sqrt(square);
 }
 
-static int moves(const struct system *s, const double *u)
+int moves(const struct system *s, const double *u)
 {
     return fastest(s, u) * s->time > REST_SPEED;
 }

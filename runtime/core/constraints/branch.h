@@ -7,6 +7,9 @@
 /* Room for a branch of a model; 0, or 1 when memory runs out */
 int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch *b);
 
+/* Whether velocities u[n] are more than those of what is at rest */
+int moves(const struct system *s, const double *u);
+
 /* Have the chart begin at a state with these velocities; where it stands, the velocities that told a branch last are used instead. NOT_CLOSED where rows are
  * dependent there, and velocities do not say which branch it is; NO_BRANCH where they are those of none. */
 enum outcome begin_branch(struct system *s, struct branch *b, const double *q, const double *given);

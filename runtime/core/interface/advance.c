@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "methods/gauss.h"
 #include "steps/kinks.h"
 #include "steps/look.h"
@@ -88,10 +89,10 @@ static enum outcome step_along_branch(const struct stretch *w, int end, double t
 static int stands(const struct stretch *w)
 {
     const struct system *s = w->system;
-    int moves = fastest(s, w->u[0]) * s->time > REST_SPEED || fastest(s, w->u[1]) * s->time > REST_SPEED;
-    for (int i = 0; i < s->n && !moves; i++)
-        moves = fabs(w->q[1][i] - w->q[0][i]) > SHUT * s->unit[i];
-    return !moves;
+    int elsewhere = moves(s, w->u[0]) || moves(s, w->u[1]);
+    for (int i = 0; i < s->n && !elsewhere; i++)
+        elsewhere = fabs(w->q[1][i] - w->q[0][i]) > SHUT * s->unit[i];
+    return !elsewhere;
 }
 
 enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
