@@ -95,12 +95,9 @@ def test_velocities_that_pass_through_zero(name: str, seed: int, speed: float, w
     for method in ("gauss", "radau"):
         for rtol in (1e-9, 1e-6):
             run = simulate(model, q, u, until=1.0, rtol=rtol, method=method, params=values)
-            missed = off(run, right)
-            allowed = (
-                ALLOWED
-                if missed <= ALLOWED * rtol
-                else 10.0 * min(max(10.0, growth(mechanism, values, q, u, right)), ALLOWED)
-            )
+            missed, allowed = off(run, right), ALLOWED
+            if missed > ALLOWED * rtol:  # of what the motion magnifies a tenth counts, and no more than tenfold
+                allowed = min(max(ALLOWED, 0.1 * ALLOWED * growth(mechanism, values, q, u, right)), 10.0 * ALLOWED)
             assert missed <= allowed * rtol, (method, rtol)
 
 
