@@ -6,6 +6,7 @@ smooth through a place where two branches cross, as a sign changes there. What l
     T = M(x) v² / 2,    M dv/dt + M' v² / 2 + V' = Q,    v = dx/dt,
 
 with SciPy's DOP853 from corner to corner of the loads, and from impact to impact: v behind is -e v before.
+What else moves with x adds to M and V; what is dragged over a rough ground adds a second equation, for its force.
 """
 
 from __future__ import annotations
@@ -23,8 +24,25 @@ G = 9.81
 POINTS = 128
 WIDTH = 0.72
 """How far on both sides of the place the branch is known, rad of the input."""
+MOST = 5
+"""Impacts that are followed: bounces that come to rest have no last one."""
 Load = Callable[[float, float, float], float]
 """Q(t, x, v): the work of all loads per radian of the input (N m)."""
+Part = Callable[[float, float], tuple[float, float, float]]
+"""What else moves with the input: its M, M' and V' at t and x."""
+
+
+@dataclass(frozen=True)
+class Drag:
+    """A uniform rod on the output's end, or on the slider, whose tip slides on a ground ``below`` the pivots; it points
+    to the ``way`` (1 or -1) of x, and a constant ``torque`` between it and that link presses it down."""
+
+    mass: float
+    length: float
+    below: float
+    way: int
+    torque: float
+    friction: float
 
 
 @dataclass
@@ -40,6 +58,8 @@ class OneBranch:
     place: int
     side: int
     masses: Sequence[float]
+    parts: list[Part] = field(default_factory=list)
+    drag: Drag | None = None
     series: list[Any] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -113,9 +133,60 @@ class OneBranch:
                 change += mass * length**2 / 6.0 * first[link] * second[link]
         return inertia, change, weight
 
-    def acceleration(self, t: float, x: float, v: float, load: Load) -> float:
-        inertia, change, weight = self.masses_and_weights(x)
-        return (load(t, x, v) - change * v * v / 2.0 - weight) / inertia
+    def dragged(self, x: float) -> tuple[list[float], list[float]]:
+        """The direction of what is dragged (rad) and its two derivatives by x; and the way of its tip along the ground
+        with its first (m)."""
+        assert self.drag
+        length, way = self.drag.length, self.drag.way
+        end = self.point(2, self.c, 0.0, x)
+        sine = (-self.drag.below - end[0].imag) / length
+        direction = float(np.arctan2(sine, way * np.sqrt(1.0 - sine**2)))
+        across = length * np.cos(direction)
+        first = -end[1].imag / across
+        second = (length * np.sin(direction) * first**2 - end[2].imag) / across
+        tip = end[0].real + across, end[1].real - length * np.sin(direction) * first
+        return [direction, float(first), float(second)], [float(one) for one in tip]
+
+    def slides(self, x: float, v: float) -> float:
+        """How fast what is dragged slides (m/s)."""
+        return self.dragged(x)[1][1] * v if self.drag else 0.0
+
+    def equations(self, t: float, x: float, v: float, load: Load, side: float = 0.0) -> tuple[Any, Any]:
+        """Of dv/dt and, where something is dragged, the ground's force on it: matrix and right side. Friction is
+        against sliding to that ``side``, or as it slides."""
+        inertia, change, weight = np.sum([self.masses_and_weights(x), *(part(t, x) for part in self.parts)], axis=0)
+        right = load(t, x, v) - change * v * v / 2.0 - weight
+        if not self.drag:
+            return np.array([[inertia]]), np.array([right])
+        mass, half, torque = self.drag.mass, self.drag.length / 2.0, -self.drag.way * self.drag.torque
+        direction, first, second = self.dragged(x)[0]
+        end, arm = self.point(2, self.c, 0.0, x), half * np.exp(1j * direction)
+        turns = self.angles(x, 1)[2] if self.d else 0.0  # of the link that it is on
+        by_rate = end[1] + 1j * arm * first  # its centre's acceleration is that times dv/dt, and
+        by_motion = (end[2] + 1j * arm * second - arm * first**2) * v * v
+        push = 1j - self.drag.friction * (side or np.sign(self.slides(x, v)))  # of the ground, by its normal force
+        own = mass * (2.0 * half) ** 2 / 12.0
+        matrix, sides = np.zeros((2, 2)), np.zeros(2)
+        for row, (moves, centre, tip) in enumerate(
+            [(0.0, end[1], end[1]), (1.0, 1j * arm, 2j * arm)]  # with the input, or turned about its pin
+        ):
+            matrix[row] = [mass * _dot(centre, by_rate) + moves * own * first, -_dot(tip, push)]
+            sides[row] = -mass * _dot(centre, by_motion + 1j * G) + moves * (torque - own * second * v * v)
+        matrix[0, 0] += inertia
+        sides[0] += right - torque * turns
+        return matrix, sides
+
+    def acceleration(self, t: float, x: float, v: float, load: Load, side: float = 0.0) -> float:
+        return float(np.linalg.solve(*self.equations(t, x, v, load, side))[0])
+
+    def pressing(self, t: float, x: float, v: float, load: Load) -> float:
+        """The ground's force on what is dragged (N)."""
+        return float(np.linalg.solve(*self.equations(t, x, v, load))[1])
+
+    def effort(self, t: float, x: float, v: float, load: Load) -> float:
+        """The torque on the input that keeps v as it is (N m)."""
+        matrix, sides = self.equations(t, x, v, load)
+        return float(matrix[0, 1] * sides[1] / matrix[1, 1] - sides[0] if self.drag else -sides[0])
 
     def run(
         self,
@@ -128,9 +199,11 @@ class OneBranch:
         restitution: float = 0.0,
     ) -> Motion:
         """From x and v at t = 0, as far as the branch is known; a contact with this ``gap`` (m) strikes, and holds what
-        it has stopped if that presses."""
+        it has stopped if that presses. Followed to the fifth impact, and what drags as long as it slides one way."""
         found, t, state = Motion(), 0.0, [x, v]
+        side = float(np.sign(self.slides(x, v)))
         for end in [*sorted(corner for corner in corners if 0.0 < corner < until), until]:
+            before = float(np.nextafter(end, 0.0))
             while t < end:
 
                 def leaves(_: float, y: Any) -> float:
@@ -139,28 +212,33 @@ class OneBranch:
                 def strikes(_: float, y: Any) -> float:
                     return 1.0 if gap is None else gap(y[0])
 
-                for event in (leaves, strikes):
+                def goes_on(_: float, y: Any) -> float:
+                    return side * self.slides(y[0], y[1]) if self.drag else 1.0
+
+                for event in (leaves, strikes, goes_on):
                     event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
                 piece = solve_ivp(
-                    lambda t, y: [y[1], self.acceleration(t, y[0], y[1], load)],
+                    lambda t, y, last=before: [y[1], self.acceleration(min(t, last), y[0], y[1], load, side)],
                     (t, end),
                     state,
                     method="DOP853",
                     rtol=2.3e-14,
                     atol=1e-15,
                     dense_output=True,
-                    events=(leaves, strikes),
+                    events=(leaves, strikes, goes_on),
                 )
                 assert piece.status >= 0, piece.message
                 t = float(piece.t[-1])
                 found.pieces.append((t, piece.sol))
                 state = piece.y[:, -1].tolist()
-                if len(piece.t_events[0]):
+                if len(piece.t_events[0]) or len(piece.t_events[2]):
                     return found
                 if piece.status == 1:
                     assert gap is not None
                     t, at = float(piece.t_events[1][0]), piece.y_events[1][0]
                     found.strikes.append((t, float(at[1])))
+                    if len(found.strikes) == MOST:
+                        return found
                     state = [float(at[0]), -restitution * float(at[1])]
                     way = gap(state[0] + 1e-6) - gap(state[0] - 1e-6)
                     if restitution == 0.0 and way * self.acceleration(t, state[0], 0.0, load) < 0.0:
@@ -168,6 +246,10 @@ class OneBranch:
                         found.pieces.append((until, lambda _, rest=rest: rest))
                         return found
         return found
+
+
+def _dot(one: complex, other: complex) -> float:
+    return float((np.conj(one) * other).real)
 
 
 @dataclass
