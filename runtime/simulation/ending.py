@@ -29,6 +29,8 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "step_too_small": "no step is small enough for the tolerance; "
         "ask for a larger rtol, or, where a loop lies in a line, for another",
         "no_branch": ways_on(model, found["q"][-1], found["u"][-1]) if outcome == "no_branch" else "",
+        "two_lines": "one loop comes into a line exactly, and another misses it by very little there, so that the "
+        "motion beyond cannot be told; make both lie in it exactly, or the miss larger",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         **{key: failed_impact(key, contact, model.data["law"], driven) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",

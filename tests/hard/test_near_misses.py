@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from ccgen.runtime import simulate
+from ccgen.runtime import Run, simulate
 
 from ..oracles.swings import FourBar
 from ..support.reach import Reach
@@ -75,3 +75,81 @@ def test_a_swing_past_the_line(sign: float, miss: float, method: str, workshop: 
         run.energy_drift / moves,
         1e-7,
     )
+
+
+SECOND = (0.45, 0.65, 1.0, 0.7)
+"""Coupler and output of a second loop on the same input and span (m), and their masses (kg)."""
+
+
+def _two_loops(miss: float) -> str:
+    """The loop above, which lies in a line exactly, and a second one that misses it."""
+    coupler, output, second, third = SECOND
+    more = "".join(
+        f'[[link]]\nname = "{name}"\nmass = {mass}\ninertia = {mass * length**2 / 12!r}\ncom = [{length / 2!r}, 0]\n'
+        f"points = {{ A = [0, 0], B = [{length!r}, 0] }}\n"
+        for name, length, mass in (("rod2", coupler, second), ("rocker2", output - miss, third))
+    )
+    pins = (("crank.B", "rod2.A"), ("rod2.B", "rocker2.B"), ("rocker2.A", "ground.C"))
+    joints = "".join(f'[[joint]]\nbetween = ["{a}", "{b}"]\n' for a, b in pins)
+    return _scene(0.0).replace("rocker = 3.0 }", "rocker = 3.0, rod2 = 2.3, rocker2 = 3.0 }") + more + joints
+
+
+def _seconds_of_two(miss: float, run: Run) -> float:
+    """By quadrature: the first changes its side where it lies in a line, the second does not."""
+    names = list(run.model.links)
+    angles = {name: run.q[0, run.model.q_names.index(f"theta_{names.index(name)}")] for name in names}
+    coupler, output, second, third = SECOND
+    pin = INPUT * np.exp(1j * angles["crank"])
+
+    def side(length: float, angle: float) -> int:
+        return int(np.sign((length * np.exp(1j * angle) * np.conj(SPAN - pin)).imag))
+
+    def bar(coupler: float, output: float, masses: tuple[float, ...], side: int) -> FourBar:
+        lengths = (mpmath.mpf(one) for one in (INPUT, coupler, output, SPAN))
+        first, second, third = (mpmath.mpf(one) for one in masses)
+        return FourBar(*lengths, (first, second, third), side)
+
+    before = side(COUPLER, angles["rod"])
+    other = bar(coupler, output - miss, (0.0, second, third), side(coupler, angles["rod2"]))
+
+    def sums(angle: mpmath.mpf) -> tuple[mpmath.mpf, mpmath.mpf]:
+        own = bar(COUPLER, OUTPUT, MASSES, -before if angle > 0 else before).inertia_and_potential(angle)
+        return own[0] + other.inertia_and_potential(angle)[0], own[1] + other.inertia_and_potential(angle)[1]
+
+    column = run.model.q_names.index(f"theta_{names.index('crank')}")
+    begin, end, rate = (mpmath.mpf(one) for one in (run.q[0, column], run.q[-1, column], run.u[0, column]))
+    energy = sums(begin)[0] * rate**2 / 2 + sums(begin)[1]
+    points, step = {begin, mpmath.mpf(0), end}, mpmath.sqrt(miss) / 16
+    while step < end - begin:
+        points |= {point for point in (-step, step) if begin < point < end}
+        step *= 4
+
+    def pace(angle: mpmath.mpf) -> mpmath.mpf:
+        inertia, potential = sums(angle)
+        return mpmath.sqrt(inertia / (2 * (energy - potential)))
+
+    return float(mpmath.quad(pace, sorted(points)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("miss", [0.1, 0.02, 0.005])
+def test_one_loop_crosses_beside_another(miss: float, method: str, workshop: Workshop, reach: Reach) -> None:
+    """One lies in a line exactly, and goes through on its branch, where another turns sharply: time by quadrature."""
+    run = simulate(workshop.model(_two_loops(miss)), until=0.2, method=method)
+    assert run.success, run.message
+    with mpmath.workdps(40):
+        seconds = _seconds_of_two(miss, run)
+    moves = float(np.ptp(run.model.energy(run.q, run.u)[0]))
+    name = f"one loop in a line, another misses it by {miss:g}, {method}"
+    reach(f"{name}: time, s", abs(seconds - run.t[-1]), 1e-7)
+    reach(f"{name}: energy, of that in motion", run.energy_drift / moves, 1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("miss", [1e-3, -1e-3, 1e-6, 1e-10])
+def test_what_is_not_told_beside_another_loop_is_said(miss: float, method: str, workshop: Workshop) -> None:
+    """It turned onto the other branch, and lost a millionth of its energy, without a word."""
+    run = simulate(workshop.model(_two_loops(miss)), until=0.2, method=method)
+    assert not run.success and "another misses it by very little" in run.message
+    crank = run.model.q_names.index(f"theta_{list(run.model.links).index('crank')}")
+    assert -0.5 < run.q[-1, crank] < 0.0 and run.energy_drift <= 1e-7

@@ -9,6 +9,7 @@ REASONS = {
     "accumulation": r"events of (?P<contact>.+) and others follow each other without time between them; change the .+",
     "step_too_small": r"no step is small enough for the tolerance; ask for .+",
     "no_branch": r"a loop lies in a line, and these velocities are those of neither motion .+; give .+",
+    "two_lines": r"one loop comes into a line exactly, and another misses it by very little .+; make both .+",
     "not_closed": r"the loops cannot be kept closed; ask for a smaller rtol",
     "repeats": r"impacts at one instant do not come to an end; check .+",
     "jammed": r"friction jams: the forces at (?P<contact>.+) have no solution, or .+; take less friction .+",

@@ -9,6 +9,7 @@
     X(STEP_TOO_SMALL, "step_too_small") /* the error test fails at the smallest step that still moves time */         \
     X(NOT_CLOSED, "not_closed")         /* projection onto the closure does not converge */                           \
     X(NO_BRANCH, "no_branch")       /* rows depend on each other at the start, and its velocities lie on no branch */ \
+    X(TWO_LINES, "two_lines")       /* a loop lies in a line where another all but does: no branch of both is told */ \
     X(ACCUMULATION, "accumulation") /* events accumulate at one instant, and do not hand over to contact */           \
     X(REPEATS, "repeats")           /* impacts at one instant do not come to an end */                                \
     X(BUDGET, "budget")             /* step budget spent */                                                           \

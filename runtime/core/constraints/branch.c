@@ -32,7 +32,7 @@ static const double OFF_BRANCH =
 int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch *b)
 {
     const size_t n = m->nu;
-    *b = (struct branch){0};
+    *b = (struct branch){.alone = -1};
     b->chart = TAKE(arena, double, (n * n));
     b->ray = TAKE(arena, double, n);
     b->through = TAKE(arena, double, n);
@@ -113,6 +113,8 @@ static enum outcome come_to_place(struct system *s, struct branch *b, struct clo
             b->kind = outcome && !b->sampled ? b->kind : CROSSES;
             return outcome;
         }
+        if (b->alone >= 0)
+            return OUTCOME_TWO_LINES;
         outcome = OUTCOME_DONE;
         b->kind = PASSES_BY; /* no place that rays through it tell */
         b->sampled = 0;
@@ -248,7 +250,7 @@ static int rank_beside(struct system *s, struct closed *c, const double *q, cons
     for (int side = -1; side <= 1 && speed > 0.0; side += 2) {
         for (int i = 0; i < s->n; i++)
             c->q[i] = q[i] + side * BRIDGED * u[i] / speed;
-        const int rank = reduce_rows(s, RANK_TOLERANCE, c);
+        const int rank = reduce_rows(s, RANK_TOLERANCE, -1, c);
         own = rank > own ? rank : own;
     }
     return own;
@@ -280,7 +282,7 @@ int moves(const struct system *s, const double *u)
 static enum outcome find_rank(struct system *s, struct branch *b, struct closed *c, const double *q, const double *u)
 {
     memcpy(c->q, q, s->n * sizeof *q);
-    int rank = reduce_rows(s, RANK_TOLERANCE, c);
+    int rank = reduce_rows(s, RANK_TOLERANCE, -1, c);
     const int deficient =
         rank < s->model->rows || (rank && fabs(c->diagonal[rank - 1]) < BRIDGED * fabs(c->diagonal[0]));
     if (!rank || (deficient && !moves(s, u))) /* what stands, and has not moved, tells no branch */
@@ -296,7 +298,7 @@ static enum outcome find_rank(struct system *s, struct branch *b, struct closed 
 static int reduce_at(struct system *s, const struct branch *b, const double *q, struct closed *c, double *margin)
 {
     memcpy(c->q, q, s->n * sizeof *q);
-    const int rank = reduce_rows(s, 0.0, c);
+    const int rank = reduce_rows(s, 0.0, b->alone, c);
     *margin = rank < b->rank ? 0.0 : fabs(c->diagonal[b->rank - 1] / c->diagonal[0]);
     return rank;
 }
@@ -307,6 +309,7 @@ static enum outcome find_place_of_motion(struct system *s, struct branch *b, str
 {
     enum outcome outcome = OUTCOME_DONE;
     double margin;
+    b->alone = -1;
     const int rank = reduce_at(s, b, q, c, &margin);
     if (margin >= BRIDGED || !b->placed)
         forget_place(s, b);
@@ -346,7 +349,7 @@ enum outcome begin_branch(struct system *s, struct branch *b, const double *q, c
     const int n = s->n, stands = !moves(s, given);
     const double *u = stands ? b->heading : given; /* what has come to rest is on the branch that it came along */
     const struct mark mark = s->arena->top;
-    struct branch widest = {.freedom = n};
+    struct branch widest = {.freedom = n, .alone = -1};
     struct closed c;
     struct way_through way = {.along = TAKE(s->arena, double, n)};
     enum outcome outcome = take_closed(s, &widest, &c) ? OUTCOME_NO_MEMORY : find_rank(s, b, &c, q, u);

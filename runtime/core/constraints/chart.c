@@ -9,10 +9,12 @@
 #include "algebra/dot.h"
 #include "algebra/gauss_rule.h"
 #include "algebra/orthogonal.h"
+#include "algebra/power_of_two.h"
 #include "base/tolerances.h"
 #include "constraints/rows.h"
 
 enum { PASSES = 12 };
+static const double SHORT = CCGEN_LIMIT(0x1p-200, 0x1p-30); /* of a row, beside which no other is as short */
 
 static const double FARTHEST = 0.5;       /* and the longest correction of it */
 static const double FARTHEST_HOPS = 20.0; /* the longest way that is gone in pieces */
@@ -59,13 +61,20 @@ int take_closed(const struct system *s, const struct branch *b, struct closed *c
     return arena->ran_out;
 }
 
-int reduce_rows(struct system *s, double nearest, struct closed *c)
+int reduce_rows(struct system *s, double nearest, int last, struct closed *c)
 {
-    const int rows = s->model->rows;
+    const int rows = s->model->rows, n = s->n;
     scaled_closure_rows(s, c->q, c->g, c->length);
     for (int j = 0; j < rows; j++)
         c->order[j] = j;
-    return reduce_columns(s->n, rows, c->g, nearest, c->diagonal, c->beta, c->order);
+    if (last >= 0) /* the shortest is taken last */
+        multiply(n, SHORT, c->g + (size_t)last * n);
+    const int rank = reduce_columns(n, rows, c->g, nearest, c->diagonal, c->beta, c->order);
+    if (last >= 0 && rank && c->order[rank - 1] == last) {
+        multiply(rank - 1, 1.0 / SHORT, c->g + (size_t)(rank - 1) * n);
+        c->diagonal[rank - 1] /= SHORT;
+    }
+    return rank;
 }
 
 void column_of_factor(int n, int rank, const struct closed *c, int number, double *x)
@@ -78,12 +87,12 @@ void column_of_factor(int n, int rank, const struct closed *c, int number, doubl
 double closure_margin(struct system *s, const double *q, int rank)
 {
     const struct mark mark = s->arena->top;
-    const struct branch none = {0};
+    const struct branch none = {.alone = -1};
     struct closed c;
     double margin = -1.0;
     if (!take_closed(s, &none, &c)) {
         memcpy(c.q, q, s->n * sizeof *q);
-        const int own = reduce_rows(s, RANK_TOLERANCE, &c);
+        const int own = reduce_rows(s, RANK_TOLERANCE, -1, &c);
         margin = own < rank ? 0.0 : own ? fabs(c.diagonal[own - 1] / c.diagonal[0]) : 1.0;
     }
     give_back(s->arena, mark);
@@ -107,7 +116,7 @@ enum outcome factorise_closure(struct system *s, const struct branch *b, const d
     const int n = s->n, r = b->rank, d = b->freedom;
     for (int i = 0; i < n; i++)
         c->q[i] = q[i] * s->unit[i];
-    if (reduce_rows(s, 0.0, c) < r)
+    if (reduce_rows(s, 0.0, b->alone, c) < r)
         return OUTCOME_NOT_CLOSED;
     c->margin = r ? fabs(c->diagonal[r - 1] / c->diagonal[0]) : 1.0;
     for (int j = 0; j < d; j++)

@@ -35,6 +35,7 @@ struct branch {
     enum at_place kind;       /* what there is near the chart */
     int placed;               /* whether the motion passes by a place that is known, */
     double *place;            /* [n] where it lies, */
+    int alone;                /* the row that is lost at a crossing by itself, while others nearly are; -1 */
     double *offset;           /* [rows] and what the closure misses there, if that is more than rounding */
     double *heading;          /* [n] velocities that told a branch last; zeros: none have */
     double *through;          /* [freedom] the direction in which a motion goes through it, */
@@ -68,8 +69,8 @@ void copy_place(const struct system *s, const struct branch *b, const struct bra
 
 int take_closed(const struct system *s, const struct branch *b, struct closed *c);
 
-/* Factorise the rows at c->q; how many are no nearer to the others than `nearest`. */
-int reduce_rows(struct system *s, double nearest, struct closed *c);
+/* Factorise the rows at c->q; how many are no nearer to the others than `nearest`. With last >= 0 that row is factorised after all others, and `nearest` is 0. */
+int reduce_rows(struct system *s, double nearest, int last, struct closed *c);
 
 /* Column `number` of the orthogonal factor, of the first `rank` rows */
 void column_of_factor(int n, int rank, const struct closed *c, int number, double *x);

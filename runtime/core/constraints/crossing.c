@@ -47,7 +47,7 @@ static int count_lost(int rank, const struct closed *c)
 enum outcome find_lost(struct system *s, const struct branch *b, struct closed *c, struct lost *l)
 {
     const int n = s->n, r = b->rank, d = b->freedom, rows = s->model->rows;
-    l->count = count_lost(r, c);
+    l->count = b->alone >= 0 ? 1 : count_lost(r, c);
     const int before = r - l->count;
     l->W = TAKE_ZEROS(s->arena, double, (size_t)l->count *rows);
     l->V = TAKE(s->arena, double, (size_t)l->count *n);

@@ -107,7 +107,7 @@ static enum outcome factorise_beside(struct system *s, const struct branch *b, c
 {
     for (int i = 0; i < s->n; i++)
         c->q[i] = q[i] * s->unit[i];
-    const int rank = reduce_rows(s, 0.0, c);
+    const int rank = reduce_rows(s, 0.0, b->alone, c);
     for (int k = rank; k < b->rank; k++)
         c->diagonal[k] = 0.0;
     return rank < b->rank - MOST_LOST || !rank ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
@@ -140,7 +140,7 @@ end:
 
 /* What the place at c->q is */
 static enum outcome decide(struct system *s, struct branch *b, const struct closed *c, const struct lost *l,
-                           const struct gradients *g)
+                           const struct gradients *g, int *alone)
 {
     const struct mark mark = s->arena->top;
     const int rows = s->model->rows;
@@ -163,7 +163,9 @@ static enum outcome decide(struct system *s, struct branch *b, const struct clos
             return OUTCOME_NO_MEMORY;
         }
         crosses &= shut && two;
+        *alone = shut && two ? c->order[b->rank - l->count + a] : *alone;
     }
+    *alone = crosses ? -1 : *alone;
     b->kind = crosses ? CROSSES : PASSES_BY;
     b->placed = !crosses;
     for (int i = 0; i < s->n; i++)
@@ -245,6 +247,7 @@ enum outcome find_way_through(struct system *s, const struct branch *b, struct c
 void forget_place(const struct system *s, struct branch *b)
 {
     b->kind = UNDECIDED;
+    b->alone = -1;
     b->placed = 0;
     memset(b->place, 0, s->n * sizeof *b->place); /* what is not known is the same in every state */
     memset(b->offset, 0, s->model->rows * sizeof *b->offset);
@@ -277,7 +280,8 @@ static double distance(int n, const double *a, const double *b)
     return most;
 }
 
-enum outcome find_place(struct system *s, struct branch *b, struct closed *c, const double *q)
+/* Find it where the rows that are about to be lost are, or b->alone; *alone is one that is lost at a crossing while others are not, or -1. */
+static enum outcome search_place(struct system *s, struct branch *b, struct closed *c, const double *q, int *alone)
 {
     const int n = s->n;
     const struct mark mark = s->arena->top;
@@ -311,7 +315,7 @@ enum outcome find_place(struct system *s, struct branch *b, struct closed *c, co
             outcome = OUTCOME_NOT_CLOSED;
         found = found && !outcome;
         if (found)
-            outcome = decide(s, b, c, &l, &g);
+            outcome = decide(s, b, c, &l, &g, alone);
         give_back(s->arena, inner);
         if (found)
             break;
@@ -321,4 +325,19 @@ enum outcome find_place(struct system *s, struct branch *b, struct closed *c, co
         forget_place(s, b);
     give_back(s->arena, mark);
     return outcome == OUTCOME_NOT_CLOSED ? OUTCOME_DONE : outcome;
+}
+
+enum outcome find_place(struct system *s, struct branch *b, struct closed *c, const double *q)
+{
+    int alone = -1, none = -1;
+    b->alone = -1;
+    enum outcome outcome = search_place(s, b, c, q, &alone);
+    if (outcome || alone < 0)
+        return outcome;
+    b->alone = alone;
+    outcome = search_place(s, b, c, q, &none);
+    if (b->kind != CROSSES) /* too far to be found by itself */
+        forget_place(s, b);
+    b->alone = alone;
+    return outcome;
 }

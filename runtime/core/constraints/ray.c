@@ -14,7 +14,8 @@
 enum { ROUNDINGS = 16 };
 static const double WIDEST =
     0.1; /* distance from dependence of the outermost nodes; each further try has half of it, */
-static const double NARROWEST = 0.025; /* down to this */
+static const double NARROWEST = 0.025;      /* down to this, */
+static const double BESIDE_ANOTHER = 0.003; /* or this where another place, which the branch passes by, is as near */
 
 void interpolate(const struct system *s, struct branch *b, const double *y, double x)
 {
@@ -225,7 +226,7 @@ enum outcome bridge(struct system *s, struct branch *b, struct closed *c, const 
             outcome = sample(s, b, c, &x, y, width, &miss);
             break;
         }
-        if (width <= NARROWEST)
+        if (width <= (b->alone >= 0 ? BESIDE_ANOTHER : NARROWEST))
             break;
         best = miss;
     }

@@ -102,7 +102,7 @@ enum outcome follow_branch(struct phase *f)
     f->at.follows = 1;
     if (f->branch.begins.margin < BRIDGED) {
         outcome = evaluate_derivative(f);
-        if (outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY)
+        if (outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY && outcome != OUTCOME_TWO_LINES)
             outcome = take_closure(f) == OUTCOME_INTERRUPTED ? OUTCOME_INTERRUPTED : OUTCOME_NOT_CLOSED;
     }
     return outcome;
@@ -137,7 +137,9 @@ static enum outcome put_start_onto_branch(struct phase *f)
         outcome = evaluate_derivative(f);
     }
     give_back(f->s->arena, mark);
-    return !outcome || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_NOT_CLOSED;
+    return !outcome || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_TWO_LINES
+               ? outcome
+               : OUTCOME_NOT_CLOSED;
 }
 
 enum outcome follow_if_beside(struct phase *f)
