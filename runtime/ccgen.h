@@ -63,7 +63,6 @@ enum ccgen_event_kind {
     CCGEN_NO_EVENT, /* the time asked for is reached */
     CCGEN_CLOSES,   /* a contact has closed, and strikes unless it only touches */
     CCGEN_CHANGES,  /* a held contact opens, or begins or ends to slide */
-    CCGEN_FLATTENS, /* contacts close where links lie in a line */
     CCGEN_JAMS      /* friction jams: an impact without collision */
 };
 

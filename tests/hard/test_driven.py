@@ -15,8 +15,8 @@ JAMS = Driven("chain", 4, "stronge", 1.9129226794567744, 0.5, -0.911382299728144
 """Found by random runs: at 0.76 s friction jams what slides by less than 1e-6 of its speeds, which comes to rest."""
 STEPS = Driven("chain", 3, "poisson", 1.2743270407757898, 0.5, 0.9869895613795077, 176539825)
 """Of the survey below: it does not get further from event to event, as it would not where no drive is."""
-MOST = 3
-"""In a hundred that stop: loops that the drive forces through their line (docs/hard-cases.md)."""
+MOST = 1
+"""In a hundred that stop, or five hundred of more: loops that the drive forces through their line."""
 
 
 def test_a_driven_chain_that_jams_goes_on(workshop: Workshop) -> None:
@@ -51,13 +51,27 @@ def test_steps_in_time_keep_to_a_prescribed_motion(step: float, workshop: Worksh
 
 
 @pytest.mark.hard
+@pytest.mark.parametrize(("seed", "number"), [(7, 325), (7, 699), (8, 111), (8, 830)])
+def test_what_drives_move_against_each_other_does_not_rest(seed: int, number: int, workshop: Workshop) -> None:
+    """Two contacts of which a drive lifts one from the other by 4e-7 m/s, and two that it slides: both were to rest in
+    a crowd of events, which takes the drive's row for rounding; the next step gave it back, and none kept the energy.
+    And a loop that strikes after forces of 1e13 N: against those all others were rounding. In the last one drives give
+    energy as contacts come to rest, which was in no impact: 4e-5 of that in motion."""
+    one = driven(1000, seed)[number]
+    found = run(workshop.model, one)
+    assert found.success, found.message
+    assert not faults(found, one)
+    assert found.energy_drift <= 1e-9 * float(np.max(found.model.energy(found.q, found.u)[0]))
+
+
+@pytest.mark.hard
 def test_random_driven_mechanisms_reach_their_end(workshop: Workshop) -> None:
     wrong, stopped = [], []
-    runs = driven(many(100, 300), 7)
+    runs = driven(many(100, 1000), 7)
     for one in runs:
         found = run(workshop.model, one)
         wrong += [f"{one}: {fault}" for fault in faults(found, one)]
         stopped += [] if found.success else [f"{one}: {found.message}"]
     print("\n".join([*wrong, *stopped, f"{len(runs) - len(stopped)} of {len(runs)} reach their end"]))
     assert not wrong, "\n".join(wrong)
-    assert len(stopped) <= MOST * len(runs) / 100, "\n".join(stopped)
+    assert len(stopped) <= MOST * max(1, len(runs) // 500), "\n".join(stopped)

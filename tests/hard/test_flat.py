@@ -299,7 +299,7 @@ def test_steps_of_fixed_length_do_not_leave_the_energy(workshop: Workshop) -> No
     model = workshop.model(smooth.replace('height = 0.0\ntilt = "30 deg"', "height = 0.3"))
     run = simulate(model, until=2.0, method="gauss", step=1e-3)
     assert ending(run) in ("not_kept", "overstepped")
-    assert run.t[-1] == pytest.approx(0.552, abs=1e-3) and rise(run) < 5e-5
+    assert 0.55 < run.t[-1] < 0.56 and rise(run) < 5e-5
 
 
 def box(name: str, length: float) -> str:

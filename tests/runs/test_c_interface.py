@@ -167,7 +167,7 @@ def test_an_impact_without_collision_is_an_event(library: Library, workshop: Wor
         events.append((event.kind, event.contact, event.impacts, event.t))
         if len(events) == 1:
             np.testing.assert_allclose(jams.motion()[2], run.impacts[0].u_plus, rtol=1e-9, atol=1e-9)
-    assert len(run.impacts) == 1 and [event[:3] for event in events] == [(4, 0, 1)]
+    assert len(run.impacts) == 1 and [event[:3] for event in events] == [(3, 0, 1)]
     assert events[0][3] == pytest.approx(run.impacts[0].t, rel=1e-12)
 
 

@@ -273,33 +273,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(LOOK_AHEAD, 1.5, OF_RELATIVE, \
       "steps so far ahead in which a singular configuration is looked for", \
       "a step that ends before it leaves the next half a step") \
-    X(MARGIN, 4.0, OF_RELATIVE, \
-      "a gap is the sum of so many of what is unknown of places", \
-      "a contact, its two links and the ground") \
-    X(PLACE_ROUNDING, (2.0 * DBL_EPSILON), OF_LENGTH, \
-      "what a place is known to", \
-      "the rounding of a sine and of its product with a length") \
-    X(WIDER, 4.0, OF_RELATIVE, \
-      "times what is unknown: what is closed where steps get no further", \
-      "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
-    X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
-      "nearer than that to dependence no acceleration is known", \
-      "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \
-    X(TURNS, 4.0, OF_RELATIVE, \
-      "times what is unknown and the links: the distance at which rows may depend", \
-      "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
-    X(ENERGY_ADDED, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
-      "part of the energy: more is not rounding where contacts are closed", \
-      "some hundred roundings of its sum (as IMPACT_GAIN)") \
-    X(ENERGY_ASTRAY, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
-      "part of the energy in motion that may be lost where a loop is put flat", \
-      "more would be an impact that no contact has; a hundred thousand times the default rtol") \
-    X(STRAIGHT, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
-      "times speed squared: what may be left of the closure's second derivative", \
-      "sums over the links: some thousand roundings (as SHUT, for lengths per time squared)") \
-    X(BRANCH_STEP, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
-      "rad: step of the difference quotient along a branch", \
-      "central differences lose rounding / step and step^2: 1e-11 and 1e-8") \
     X(KEPT, 1.0, OF_TOLERANCE, \
       "what a step may miss of the energy that moves", \
       "the tolerance itself") \
@@ -316,6 +289,15 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "a miss of energy that is less is not looked into", \
       "it decides about time only") \
     LAYER(hybrid) \
+    X(PLACE_ROUNDING, (2.0 * DBL_EPSILON), OF_LENGTH, \
+      "what a place is known to", \
+      "the rounding of a sine and of its product with a length") \
+    X(AT_END, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "part of the range of the multiplier of velocities that leave a line: nearer to its end both branches of the motion are equally near", \
+      "a double root: the multiplier is known to rounding by its square, velocities to its root and two digits") \
+    X(STRAIGHT, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
+      "times speed squared: what may be left of the closure's second derivative", \
+      "sums over the links: some thousand roundings (as SHUT, for lengths per time squared)") \
     X(REST_TIME, CCGEN_LIMIT(1e-11, 1e-5), OF_TIME, \
       "bounces over so soon are over", \
       "some hundred times what a time is known to after a hundred events") \
@@ -411,11 +393,14 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "chosen: a row of n bodies that strike one after another has about n^2 / 2 of them, forty bodies 800") \
     X(ENERGY_JUMPED, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
       "part of the energy, in motion and of the mechanism: what events add to it is no rounding if it is more", \
-      "a loop put flat lifts its links by what is unknown of their places, the root of rounding: 5e-8, four times that at most (MARGIN)") \
+      "loops all but in a line close within the root of rounding: links put back onto the closure may be lifted by some 5e-8 of a length") \
     X(UNSEEN, 16.0, OF_RELATIVE, \
       "times rounding and length: a gap that changes less between two events has not moved", \
       "sixteen units of the last digit: four bits of a change are known (as SHORTEST)") \
     LAYER(interface) \
+    X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
+      "nearer than that to dependence no acceleration is known", \
+      "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
       "times rounding / sigma^2: what velocities across a singular configuration are known to", \
       "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
@@ -472,9 +457,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(KNOWN_ALONG, NO_BRANCH) \
     X(TELLS_TANGENTS, BRIDGED) \
     X(TELLS_TANGENTS, HEADED) \
-    X(SIGMA_DROP, SIGMA_DROP_COARSE) \
-    X(ENERGY_ADDED, ENERGY_ASTRAY) \
-    X(ENERGY_ADDED, ENERGY_JUMPED)
+    X(SIGMA_DROP, SIGMA_DROP_COARSE)
 /* clang-format on */
 
 #ifdef CCGEN_VARIABLE_TOLERANCES /* for tests that look what another size of one changes */

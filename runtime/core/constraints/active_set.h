@@ -44,8 +44,10 @@ struct active_set {
     double *force;     /* [rows] N, of the last acceleration */
     int open;          /* whether others would give the same: these are of least norm */
     double *least;     /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
-    double *peak;      /* [contacts] N: the most that each has pushed with since nothing was held */
-    char *closed;      /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
+    double *
+        peak; /* [contacts] N: the most that each has pushed with since nothing was held, or since the last impact at which no closure row was
+                        * nearly dependent */
+    char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
     int *
         twin; /* [contacts] the contact that bears in place of one that is carried and touches as it does, or -1: constraints/twins.c */
     int implied;   /* how many are carried */

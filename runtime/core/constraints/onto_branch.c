@@ -86,14 +86,41 @@ end:
     return outcome;
 }
 
+/* The configuration along the branch, y[freedom] in the chart, at which driven joints are where they are given and held contacts are closed; way[freedom] is what is left of its
+ * correction, x[n] is scratch. */
+static enum outcome correct_place(struct system *s, struct branch *b, const double *given, double *y, double *way,
+                                  double *x)
+{
+    double last = INFINITY;
+    for (int pass = 0; pass < CORRECTIONS; pass++) {
+        const double size = find_correction(s, b, given, x, way);
+        if (!(size < FARTHEST))
+            return OUTCOME_NOT_CLOSED;
+        if (size <= 4.0 * DBL_EPSILON)
+            return OUTCOME_DONE;
+        if (size > 0.5 * last && size < sqrt(DBL_EPSILON)) { /* rounding, where driven joints all but stop the rest */
+            memset(way, 0, b->freedom * sizeof *way);
+            return OUTCOME_DONE;
+        }
+        last = size;
+        for (int i = 0; i < b->freedom; i++)
+            y[i] += way[i];
+        const enum outcome outcome = lift_branch(s, b, y);
+        if (outcome)
+            return outcome;
+    }
+    return OUTCOME_NOT_CLOSED;
+}
+
 enum outcome put_onto_branch(struct system *s, double *q, double *u)
 {
     struct branch *b = s->branch;
     const struct ccgen_model *m = s->model;
     const int n = s->n, d = b->freedom, others = m->drives + active_rows(s, 0);
     const struct mark mark = s->arena->top;
-    double *y = TAKE(s->arena, double, d), *way = TAKE(s->arena, double, d), *given = TAKE(s->arena, double, m->drives);
-    double *x = TAKE(s->arena, double, n), last = INFINITY;
+    double *y = TAKE(s->arena, double, d), *way = TAKE_ZEROS(s->arena, double, d),
+           *given = TAKE(s->arena, double, m->drives);
+    double *x = TAKE(s->arena, double, n);
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (outcome)
         goto end;
@@ -107,25 +134,13 @@ enum outcome put_onto_branch(struct system *s, double *q, double *u)
             y[i] += b->chart[(size_t)i * n + l] * (q[l] / s->unit[l] - b->begins.q[l]);
     }
     outcome = lift_branch(s, b, y);
-    for (int pass = 0; pass < CORRECTIONS && others && !outcome; pass++) {
-        const double size = find_correction(s, b, given, x, way);
-        if (!(size < FARTHEST)) {
-            outcome = OUTCOME_NOT_CLOSED;
-            break;
-        }
-        if (size <= 4.0 * DBL_EPSILON || (size > 0.5 * last && size < sqrt(DBL_EPSILON)))
-            break;
-        last = size;
-        if (pass == CORRECTIONS - 1) {
-            outcome = OUTCOME_NOT_CLOSED;
-            break;
-        }
-        for (int i = 0; i < d; i++)
-            y[i] += way[i];
-        outcome = lift_branch(s, b, y);
+    outcome = outcome || !others ? outcome : correct_place(s, b, given, y, way, x);
+    for (int i = 0; i < n && !outcome; i++) { /* the last correction is rounding, too short to bend */
+        double there = b->last.q[i];
+        for (int j = 0; j < d; j++)
+            there += way[j] * b->last.T[(size_t)j * n + i];
+        q[i] = there * s->unit[i];
     }
-    for (int i = 0; i < n && !outcome; i++)
-        q[i] = b->last.q[i] * s->unit[i];
     if (!outcome && b->inside && !others) /* else driven joints and contacts are where they are to be */
         outcome = close_other_rows(s, q);
     memset(b->state, 0xff, 2 * (size_t)n * sizeof *b->state);

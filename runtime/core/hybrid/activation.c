@@ -49,12 +49,13 @@ static int fixed(struct decision *d, int i, const signed char *mode)
     return left <= IMPLIED_SHARE * d->W[i * all + i];
 }
 
-/* At which limit, within that part of it and of what rounding of the forces leaves, the friction of contact i is: 1 where it is against forward
- * sliding, -1 backward, 0 within the limits */
-static int at_limit(const struct decision *d, int i, double part)
+/* At which limit the friction of contact i is, within what rounding of the forces leaves: 1 where it is against forward sliding, -1 backward, 0 within
+ * the limits. Where an event has shown that friction gives, what is rounding of an acceleration is none of the limit. */
+static int at_limit(const struct decision *d, int i, int given)
 {
     const double limit = d->mu[d->contact[i]] * d->P[i], friction = d->P[d->count + i];
-    const double edge = fmax(part * limit, EDGE * d->scale / d->W[i * (d->all + 1)]);
+    const double rounding = (given ? PRESSED : EDGE) * d->scale / d->W[i * (d->all + 1)];
+    const double edge = fmax((given ? EDGE_GIVEN : EDGE) * limit, rounding);
     return friction <= -limit + edge ? 1 : friction >= limit - edge ? -1 : 0;
 }
 
@@ -70,9 +71,12 @@ static signed char mode_of(const struct decision *d, int i)
     if (d->mode[i])
         return d->mode[i];
     const int how = d->events_crowd && d->contact[i] == d->loss.contact ? d->loss.how : DETACHES;
-    const int sign = how == SLIPS_FORWARD    ? 1
-                     : how == SLIPS_BACKWARD ? -1
-                                             : at_limit(d, i, d->given[i] ? EDGE_GIVEN : EDGE);
+    const signed char was = d->was[d->contact[i]];
+    if (d->events_crowd && how == DETACHES && (was == AT_LIMIT_FORWARD || was == AT_LIMIT_BACKWARD) &&
+        at_limit(d, i, 1) !=
+            -against(was)) /* one that has been at its limit stays there, unless it comes to the other */
+        return was;
+    const int sign = how == SLIPS_FORWARD ? 1 : how == SLIPS_BACKWARD ? -1 : at_limit(d, i, d->given[i]);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
     if (d->events_crowd && sign &&
         ((!moves && d->given[i]) || how == SLIP_ENDS || how == SLIPS_FORWARD || how == SLIPS_BACKWARD))
@@ -95,7 +99,7 @@ static void activate_staying(struct phase *f, struct decision *d, int limits)
     for (int i = 0, k = 0; limits && i < d->count; i++) {
         if (!stays(d, i))
             continue;
-        const int sign = at_limit(d, i, EDGE_GIVEN);
+        const int sign = at_limit(d, i, 1);
         if (mode[k] != GRAZING && (mode[k] == STICK || d->given[i]) && sign && fixed(d, d->count + i, mode))
             mode[k] = (signed char)(sign * AT_LIMIT_FORWARD);
         k++;

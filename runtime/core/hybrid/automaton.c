@@ -8,12 +8,14 @@
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "constraints/mobility.h"
+#include "constraints/nullspace.h"
+#include "hybrid/cone.h"
 #include "hybrid/contact_transition.h"
 #include "hybrid/immovable.h"
 #include "hybrid/jam.h"
+#include "hybrid/lying_flat.h"
 #include "hybrid/striking.h"
 #include "impact/impact.h"
-#include "steps/flat_loop.h"
 #include "steps/pace.h"
 #include "steps/phase.h"
 #include "model/contacts.h"
@@ -86,7 +88,7 @@ static void slow_down(struct automaton *a, struct phase *f)
         run->rest_speed = fmax(run->rest_speed, REST_SPEED * f->s->length / f->s->time);
 }
 
-/* Count an event, and whether events still take time; put links that have come into a line there. */
+/* Count an event, and whether events still take time; and put down a loop that all but lies flat. */
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
     note_tight(f, f->t - f->at.since);
@@ -108,8 +110,11 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     slow_down(a, f);
     f->run->events++;
     a->loss = a->event.watch >= 0 ? mode_change_of(f->s, a->event.watch) : NO_LOSS;
-    int closed;
-    return a->event.watch == FLAT ? OUTCOME_DONE : snap_to_singularity(f, 0, &closed);
+    int contact;
+    const enum outcome outcome = lay_flat(f, &contact);
+    if (contact >= 0)
+        a->loss = NO_LOSS;
+    return outcome;
 }
 
 static enum outcome move(struct automaton *a, struct phase *f)
@@ -124,7 +129,9 @@ static enum outcome strike(struct automaton *a, struct phase *f)
     outcome = outcome ? outcome : resolve_impacts(f, a->event.watch == CLOSES ? a->event.contact : -1);
     f->s->branch = NULL;
     a->struck = f->run->impacts.count > impacts;
-    return outcome;
+    if (a->struck && rank_margin(f->s, f->y) >= BRIDGED) /* forces behind it are others, and known by themselves */
+        memset(f->s->active->peak, 0, f->s->model->contacts * sizeof *f->s->active->peak);
+    return outcome || !a->struck ? outcome : leave_on_cone(f);
 }
 
 /* Record what the contact transition takes as an impact without impulses, where it stops bounces that are no rounding. */
@@ -136,7 +143,7 @@ static enum outcome note_stopped(struct phase *f, const double *u_before, double
     const double loss =
         jump_loss(s, f->y, u_before, u_after, f->dy1, f->dy1 + s->n); /* as scratch: no step is under way */
     memset(P, 0, 2 * (size_t)s->model->contacts * sizeof *P);
-    if (!h->count || !(loss > 0.0))
+    if (!h->count || !(s->model->drives ? loss != 0.0 : loss > 0.0)) /* drives may add */
         return OUTCOME_DONE;
     return append_impact(&f->run->impacts, f->t, u_before, u_after, s->n, h->count, h->set, P, loss, 1.0,
                          f->run->record.count - 1)
@@ -298,7 +305,7 @@ static enum outcome step(struct automaton *a, struct phase *f)
     if (outcome || a->span.under_way)
         return outcome;
     hand_over(a, f);
-    return lay_flat(f);
+    return OUTCOME_DONE;
 }
 
 /* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Beside
@@ -486,6 +493,12 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
             return outcome;
         a->jammed = f->t;
     }
+    const int collided = contact >= 0;
+    if (!collided) {
+        const enum outcome outcome = lay_flat(f, &contact);
+        if (outcome)
+            return outcome;
+    }
     a->failed = failed;
     a->at_fault = f->run->contact;
     /* by other failures nothing has been shown to be at the end of its bounces */
@@ -498,7 +511,7 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
         f->run->contact = a->at_fault;
         return contacts_have_none(outcome) ? failed : outcome;
     }
-    a->event = struck ? (struct event){contact, 1.0, JAMS, 1.0} : NO_EVENT;
+    a->event = struck ? (struct event){contact, 1.0, collided ? JAMS : CLOSES, 1.0} : NO_EVENT;
     a->loss = NO_LOSS;
     a->idle = 0;
     a->stage = struck ? STRIKE : STEP;

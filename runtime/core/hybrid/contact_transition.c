@@ -8,8 +8,7 @@
  * between bodies that move side by side: let go, rounding would open and close them without end. One that still bounces is held only
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
- * 2 v / (a (1 - e)), eq. 5.7 with kappa = e; or, where gaps of some size cannot be known, when they are no higher than that,
- * v^2 / (2 a).
+ * 2 v / (a (1 - e)), eq. 5.7 with kappa = e.
  */
 #include "hybrid/contact_transition.h"
 
@@ -27,6 +26,7 @@
 #include "constraints/onto_branch.h"
 #include "constraints/twins.h"
 #include "hybrid/activation.h"
+#include "hybrid/coming_to_rest.h"
 #include "hybrid/decision.h"
 #include "motion/projection.h"
 #include "model/contacts.h"
@@ -186,8 +186,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
             if ((outcome = solve(f, d, j, d->trial)))
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
-            if (!(2.0 * speed <= REST_TIME * fmax(f->s->time, fabs(f->t)) * fall * (1.0 - e)) &&
-                !(speed * speed <= 2.0 * fall * f->at.gap_uncertainty * f->s->extent[d->contact[j]]))
+            if (!(2.0 * speed <= REST_TIME * fmax(f->s->time, fabs(f->t)) * fall * (1.0 - e)))
                 bouncing = j;
         }
         if (bouncing < 0)
@@ -290,7 +289,8 @@ end:
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
  * against the direction in which it will slide. Other closed contacts that this drives into their grounds come to rest with
  * them: they would strike and undo it. */
-static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting, const char *goes_on)
+static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting, const char *goes_on,
+                                               const struct before_rest *before)
 {
     struct active_set *h = f->s->active;
     const int count = h->count;
@@ -309,14 +309,26 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
     activate(h, count, h->set, h->mode);
     outcome = put_back(f);
     contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
-    for (int i = 0; resting == ALL_REST && i < d->count; i++)
+    const int rest = resting == ALL_REST && !another_opens(f, before);
+    for (int i = 0; rest && i < d->count; i++)
         if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
             h->mode[h->count] = FRICTIONLESS;
             h->set[h->count++] = d->contact[i];
         }
-    if (!outcome && h->count > count) {
-        activate(h, h->count, h->set, h->mode);
+    const int all = h->count;
+    if (!outcome && all > count) {
+        activate(h, all, h->set, h->mode);
         outcome = put_back(f);
+        contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
+    }
+    const double speed = fastest(f->s, f->y + f->s->n);
+    for (int k = count; k < all && !outcome; k++) { /* what rows that all but depend leave */
+        const int c = h->set[k];
+        if (f->rates[c] < -ROUNDED_RATE * speed * f->s->extent[c] && f->rates[c] >= -rest_velocity(f, c) &&
+            h->closed[c] != CARRIED) {
+            h->closed[c] = CARRIED;
+            h->implied++;
+        }
     }
     activate(h, count, h->set, mode);
 end:
@@ -398,14 +410,14 @@ static void look_what_goes_on(struct phase *f, const struct decision *d, double 
 }
 
 static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting,
-                                       double *slips, char *goes_on)
+                                       double *slips, char *goes_on, const struct before_rest *before)
 {
     enum outcome outcome = select_contacts(f, d, loss, resting);
     if (outcome || !f->s->active->count)
         return outcome;
     look_what_goes_on(f, d, slips, goes_on);
     outcome = f->s->branch && follows_at(f->s, f->y) ? OUTCOME_DONE : project_position(f->s, f->y);
-    return outcome ? outcome : project_contact_velocities(f, d, resting, goes_on);
+    return outcome ? outcome : project_contact_velocities(f, d, resting, goes_on, before);
 }
 
 static void deactivate_all(struct active_set *h, size_t contacts)
@@ -435,19 +447,23 @@ enum outcome release_contacts(struct phase *f)
     return outcome;
 }
 
-/* Select, and again where that turns sliding around. Every time takes energy; where it does not end, time stepping goes on. */
+/* Select, and again where that turns sliding around, or where what was held does not come to rest. Every time takes energy; where it does not end, time
+ * stepping goes on. */
 static enum outcome select_consistently(struct phase *f, struct mode_change loss, int resting, int *chosen)
 {
     struct system *s = f->s;
     struct active_set *h = s->active;
     const size_t c = s->model->contacts;
     const struct mark all = s->arena->top;
-    char *moves = TAKE_ZEROS(s->arena, char, c);
+    signed char *was = TAKE_ZEROS(s->arena, signed char, c);
+    struct before_rest before;
+    if (!note_before_rest(f, &before))
+        contact_modes(h, (int)c, was);
     const struct mark mark = s->arena->top;
     const struct mode_change none = {-1, DETACHES};
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     int again = !outcome;
-    for (size_t i = 0; again && i <= 2 * c; i++) {
+    for (size_t i = 0; again && i <= 3 * c; i++) {
         struct decision d;
         double *slips = TAKE(s->arena, double, c);
         char *goes_on = TAKE_ZEROS(s->arena, char, c);
@@ -456,13 +472,17 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             outcome = OUTCOME_NO_MEMORY;
         } else {
             /* what vanishes is told by those that were held until the event: not by those just found */
-            d.moves = moves;
+            d.moves = before.moves;
+            d.opens = before.opens;
+            memcpy(d.was, was, c);
             outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
-            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips, goes_on);
+            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting, slips, goes_on, &before);
             s->branch = NULL;
-            again = !outcome && h->count &&
-                    (turns_sliding(f, &d, slips) || (f->at.slow > 0.0 && notes_moving(f, &d, goes_on, slips, moves)));
+            outcome = outcome ? outcome : ask_for_less(f, &d, &before, goes_on, &again);
+            if (!outcome && h->count && !again)
+                again = turns_sliding(f, &d, slips) ||
+                        (f->at.slow > 0.0 && notes_moving(f, &d, goes_on, slips, before.moves));
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)
                 f->run->contact = d.count ? d.contact[0] : -1;

@@ -32,6 +32,7 @@ int take_decision(struct decision *d, struct system *s)
         .W = TAKE(arena, double, (rows * rows)),
         .trial = TAKE(arena, double, rows),
         .modes = TAKE_ZEROS(arena, signed char, c),
+        .was = TAKE_ZEROS(arena, signed char, c),
         .mu = s->friction,
         .enlarged = 1.0,
         .vanishing = {.zero = TAKE_ZEROS(arena, char, c), .force = TAKE(arena, double, rows)},
@@ -154,9 +155,9 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
         d->scale = fmax(d->scale, SHARED * (s->lengths[i] ? fabs(f->dy[s->n + i])
                                                           : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
     const double soon = SLOW * REST_TIME * fmax(s->time, fabs(f->t)) * d->scale;
-    const double fast = fmax(soon, sqrt(2.0 * f->at.gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
-        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
+        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(soon, rest_velocity(f, c)) &&
+            !(d->opens && d->opens[c])) {
             d->in[d->count] = !(c == loss.contact && loss.how == DETACHES);
             d->b[d->count] = rates[c] + bias[c];
             d->contact[d->count++] = c;

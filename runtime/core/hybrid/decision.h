@@ -33,7 +33,10 @@ struct decision {
         enlarged; /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
     const char
         *moves; /* [contacts] whether its sliding is no rest although it is slow: it could not be taken away; or NULL */
+    const char
+        *opens; /* [contacts] whether it opens slowly, but is not to be held: others could not rest with it; or NULL */
     int events_crowd;        /* events follow each other without time */
+    signed char *was;        /* [contacts] how they were held before */
     int chosen;              /* contacts that could as well have stayed, and leave */
     struct mode_change loss; /* what has just ended */
     struct vanishing vanishing;

@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 20;
+    kind.version = 21;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -59,8 +59,6 @@ static struct kind kind_of(const struct phase *f)
     ARRAY(f->branch.offset, f->s->model->rows) \
     NUMBER(at->widest)                         \
     NUMBER(at->follows)                        \
-    NUMBER(at->gap_uncertainty)                \
-    NUMBER(at->flat)                           \
     NUMBER(at->seen)                           \
     NUMBER(at->slow)                           \
     NUMBER(f->s->time)                         \

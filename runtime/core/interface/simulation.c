@@ -333,10 +333,7 @@ int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_
     *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - impacts};
     if (met && !outcome) {
         event->contact = found->contact;
-        event->kind = found->watch == CLOSES ? CCGEN_CLOSES
-                      : found->watch == FLAT ? CCGEN_FLATTENS
-                      : found->watch == JAMS ? CCGEN_JAMS
-                                             : CCGEN_CHANGES;
+        event->kind = found->watch == CLOSES ? CCGEN_CLOSES : found->watch == JAMS ? CCGEN_JAMS : CCGEN_CHANGES;
     }
     return outcome;
 }

@@ -7,7 +7,6 @@
 #include "base/tolerances.h"
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
-#include "steps/flat_loop.h"
 #include "steps/pace.h"
 #include "steps/step_control.h"
 #include "steps/step_end.h"
@@ -165,14 +164,10 @@ static enum outcome begin_phase(struct phase *f)
     enum outcome outcome = begin_sides(f);
     const int beside = f->at.follows || !f->run->steps; /* where the phase before has ended, or unknown */
     f->at.follows = 0;
-    if (!outcome && f->at.gap_uncertainty > 0.0)
-        outcome = leave_singularity(f);
-    else {
-        outcome = outcome || !beside ? outcome : follow_if_beside(f);
-        if (outcome == OUTCOME_NO_BRANCH && (f->run->steps || f->run->events))
-            outcome = OUTCOME_DONE; /* what rounding and impacts make of a motion is no fault of its start */
-        outcome = outcome || f->s->branch ? outcome : evaluate_derivative(f);
-    }
+    outcome = outcome || !beside ? outcome : follow_if_beside(f);
+    if (outcome == OUTCOME_NO_BRANCH && (f->run->steps || f->run->events))
+        outcome = OUTCOME_DONE; /* what rounding and impacts make of a motion is no fault of its start */
+    outcome = outcome || f->s->branch ? outcome : evaluate_derivative(f);
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = 0;
     f->at.late = f->at.refused = 0.0;
@@ -388,7 +383,6 @@ static void commit_event(struct phase *f)
 static enum outcome find_standing_event(struct phase *f, struct event *event)
 {
     struct progress *at = &f->at;
-    int closed = 0;
     enum outcome outcome = OUTCOME_DONE;
     if ((event->contact = opened_implied_contact(f)) >= 0) {
         event->watch = LOST;
@@ -399,14 +393,7 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
         at->crawls_since = f->t;
     if (!at->crawled || at->crawled % CRAWLS)
         return outcome;
-    outcome = f->s->model->rows && f->s->model->contacts ? snap_to_singularity(f, 1, &closed) : OUTCOME_DONE;
-    if (!outcome && interrupted(f->s->interruption, 0)) {
-        at->under_way = 0; /* the phase begins anew: the state may have been changed without accelerations */
-        return OUTCOME_INTERRUPTED;
-    }
-    if (closed)
-        *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
-    else if (!outcome && is_stuck(f)) {
+    if (is_stuck(f)) {
         at->crawled = 0; /* who goes on may crawl as long again */
         outcome = OUTCOME_STEP_TOO_SMALL;
     }

@@ -174,7 +174,7 @@ enum outcome strike_on_branch(struct phase *f)
     if (!f->at.follows || !f->branch.chart || !is_beside_place(f, f->y))
         return OUTCOME_DONE;
     const enum outcome outcome = follow_branch(f);
-    if (!outcome && goes_through_crossing(f->s))
+    if (!outcome && (goes_through_crossing(f->s) || (passes_by(f->s) && f->branch.begins.margin < BRIDGED)))
         read_state_on_branch(f->s, f->y, f->y + f->s->n);
     else
         f->s->branch = NULL;

@@ -26,8 +26,6 @@ struct progress {
     double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
     double widest;                     /* the farthest from dependence that rows have been seen, or 0 */
     int follows;                       /* whether the motion follows a branch of the closure, that of the phase */
-    double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
-    double flat;                       /* when the state was last put where closure rows are lost */
     double seen; /* speed, of lengths in a characteristic time, above which no crowd and no jam brings to rest */
     double slow; /* speed below which contacts rest, off and along their grounds, where events crowd; 0: REST_SPEED */
 };

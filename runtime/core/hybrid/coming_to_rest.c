@@ -1,0 +1,137 @@
+/* Of what is as slow as what may rest, not all can come to rest at once.
+ *
+ * Where drives move one contact against another rows depend on each other, and the projection leaves one out: a held contact goes on, or a loop opens, or a joint is driven
+ * otherwise, which the next step would give back. There, and where loops all but lie in a line, what is brought to rest in a crowd of events may drive another in, which strikes
+ * and undoes it.
+ * The fastest of them then goes on as it is: what opens is in the air, and what slides goes on sliding.
+ */
+#include "hybrid/coming_to_rest.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/tolerances.h"
+#include "constraints/nullspace.h"
+#include "constraints/rows.h"
+#include "hybrid/activation.h"
+#include "model/contacts.h"
+
+int note_before_rest(struct phase *f, struct before_rest *before)
+{
+    struct system *s = f->s;
+    const size_t contacts = s->model->contacts;
+    *before = (struct before_rest){.y = TAKE(s->arena, double, s->size),
+                                   .rates = TAKE(s->arena, double, contacts),
+                                   .slips = TAKE_ZEROS(s->arena, double, contacts),
+                                   .rest_speed = f->run->rest_speed,
+                                   .opens = TAKE_ZEROS(s->arena, char, contacts),
+                                   .moves = TAKE_ZEROS(s->arena, char, contacts)};
+    if (s->arena->ran_out)
+        return 1;
+    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
+    contact_rates(s, f->y, f->y + s->n, before->rates);
+    if (s->friction)
+        s->model->slips(s->k, f->y, f->y + s->n, before->slips);
+    return 0;
+}
+
+/* What is slower, for what is so long, is at rest. */
+static double still(const struct system *s, double extent)
+{
+    return STILL * extent / s->time;
+}
+
+/* Whether a held contact moves, or what is to be at rest along its ground, or whether loops and drives do not go as they are to; missed[rows] and slips[contacts] are room. */
+static int asks_too_much(const struct phase *f, const struct decision *d, const struct before_rest *before,
+                         const char *goes_on, double *missed, double *slips)
+{
+    const struct system *s = f->s;
+    const struct active_set *h = s->active;
+    const double *q = f->y, *u = f->y + s->n;
+    int too_much = 0;
+    contact_rates(s, q, u, f->rates);
+    for (int i = 0; i < h->count; i++)
+        too_much |= fabs(f->rates[h->set[i]]) > still(s, s->extent[h->set[i]]);
+    if (s->friction)
+        s->model->slips(s->k, q, u, slips);
+    for (int i = 0; s->friction && i < d->count; i++)
+        too_much |= stays(d, i) && !goes_on[i] && fabs(slips[d->contact[i]]) > still(s, s->length);
+    s->model->closure_rate(s->k, q, u, missed);
+    for (int i = 0; i < s->model->rows; i++)
+        too_much |= fabs(missed[i]) > still(s, s->length);
+    for (int k = 0; k < s->model->drives; k++) {
+        const double driven = driven_by(s->model, k, u) - driven_by(s->model, k, before->y + s->n);
+        too_much |= fabs(driven) > still(s, s->lengths[s->model->driven[2 * k]] ? s->length : 1.0);
+    }
+    return too_much;
+}
+
+int another_opens(const struct phase *f, const struct before_rest *before)
+{
+    struct system *s = f->s;
+    if (!s->model->drives && rank_margin(s, f->y) >= BRIDGED)
+        return 0;
+    for (int i = 0; i < s->active->count; i++)
+        if (before->rates[s->active->set[i]] > still(s, s->extent[s->active->set[i]]))
+            return 1;
+    return 0;
+}
+
+/* Whether a candidate that is not held is driven in by those that are */
+static int drives_in(struct phase *f, const struct decision *d)
+{
+    const struct system *s = f->s;
+    contact_rates(s, f->y, f->y + s->n, f->rates);
+    for (int i = 0; i < d->count; i++)
+        if (!stays(d, i) && f->rates[d->contact[i]] < -still(s, s->extent[d->contact[i]]))
+            return 1;
+    return 0;
+}
+
+/* Note the held contact that opens fastest, or else the one that slides fastest of those that were to stop: whether there is one. */
+static int note_fastest(const struct phase *f, const struct decision *d, const struct before_rest *before,
+                        const char *goes_on)
+{
+    const struct system *s = f->s;
+    const struct active_set *h = s->active;
+    double fastest_gap = still(s, 1.0), fastest_slip = still(s, s->length);
+    int opens = -1, moves = -1;
+    for (int i = 0; i < h->count; i++) {
+        const int c = h->set[i];
+        if (before->rates[c] > fastest_gap * s->extent[c]) {
+            fastest_gap = before->rates[c] / s->extent[c];
+            opens = c;
+        }
+    }
+    for (int i = 0; i < d->count; i++) {
+        const int c = d->contact[i];
+        if (stays(d, i) && !goes_on[i] && !before->moves[c] && fabs(before->slips[c]) > fastest_slip) {
+            fastest_slip = fabs(before->slips[c]);
+            moves = c;
+        }
+    }
+    if (opens >= 0)
+        before->opens[opens] = 1;
+    else if (moves >= 0)
+        before->moves[moves] = 1;
+    return opens >= 0 || moves >= 0;
+}
+
+enum outcome ask_for_less(struct phase *f, const struct decision *d, const struct before_rest *before,
+                          const char *goes_on, int *again)
+{
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    double *missed = TAKE(s->arena, double, s->model->rows), *slips = TAKE(s->arena, double, s->model->contacts);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    const int too_much = !outcome && s->active->count &&
+                         ((s->model->drives && asks_too_much(f, d, before, goes_on, missed, slips)) ||
+                          (d->events_crowd && another_opens(f, before) && drives_in(f, d)));
+    *again = too_much && note_fastest(f, d, before, goes_on);
+    if (*again) {
+        memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+        f->run->rest_speed = before->rest_speed;
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
