@@ -153,3 +153,14 @@ def test_what_is_not_told_beside_another_loop_is_said(miss: float, method: str, 
     assert not run.success and "another misses it by very little" in run.message
     crank = run.model.q_names.index(f"theta_{list(run.model.links).index('crank')}")
     assert -0.5 < run.q[-1, crank] < 0.0 and run.energy_drift <= 1e-7
+
+
+@pytest.mark.parametrize("miss", [0.1, 0.02])
+def test_one_loop_crosses_beside_another_in_floats(miss: float, workshop: Workshop) -> None:
+    """It ends where the same run in doubles does."""
+    ends = []
+    for precision in ("double", "float"):
+        run = simulate(workshop.model(_two_loops(miss), precision), until=0.2)
+        assert run.success, run.message
+        ends.append(run.q[-1, run.model.q_names.index(f"theta_{list(run.model.links).index('crank')}")])
+    assert abs(ends[1] - ends[0]) <= 1e-4  # a hundred times the rtol of floats, 1e-6
