@@ -77,44 +77,42 @@ def test_a_swing_past_the_line(sign: float, miss: float, method: str, workshop: 
     )
 
 
-SECOND = (0.45, 0.65, 1.0, 0.7)
-"""Coupler and output of a second loop on the same input and span (m), and their masses (kg)."""
+SECOND, THIRD = (0.45, 0.65, 1.0, 0.7), (0.5, 0.7, 0.8, 0.6)
+"""Couplers and outputs of more loops on the same input and span (m), and their masses (kg)."""
 
 
-def _two_loops(miss: float) -> str:
-    """The loop above, which lies in a line exactly, and a second one that misses it."""
-    coupler, output, second, third = SECOND
-    more = "".join(
-        f'[[link]]\nname = "{name}"\nmass = {mass}\ninertia = {mass * length**2 / 12!r}\ncom = [{length / 2!r}, 0]\n'
-        f"points = {{ A = [0, 0], B = [{length!r}, 0] }}\n"
-        for name, length, mass in (("rod2", coupler, second), ("rocker2", output - miss, third))
-    )
-    pins = (("crank.B", "rod2.A"), ("rod2.B", "rocker2.B"), ("rocker2.A", "ground.C"))
-    joints = "".join(f'[[joint]]\nbetween = ["{a}", "{b}"]\n' for a, b in pins)
-    return _scene(0.0).replace("rocker = 3.0 }", "rocker = 3.0, rod2 = 2.3, rocker2 = 3.0 }") + more + joints
+def _more_loops(miss: float, *exact: tuple[float, ...]) -> str:
+    """The loop above, which lies in a line exactly, a second one that misses it, and more of those that do not."""
+    links = joints = angles = ""
+    for k, (coupler, output, second, third) in enumerate(((*SECOND[:1], SECOND[1] - miss, *SECOND[2:]), *exact), 2):
+        for name, length, mass in ((f"rod{k}", coupler, second), (f"rocker{k}", output, third)):
+            links += (
+                f'[[link]]\nname = "{name}"\nmass = {mass}\ninertia = {mass * length**2 / 12!r}\n'
+                f"com = [{length / 2!r}, 0]\npoints = {{ A = [0, 0], B = [{length!r}, 0] }}\n"
+            )
+        pins = (("crank.B", f"rod{k}.A"), (f"rod{k}.B", f"rocker{k}.B"), (f"rocker{k}.A", "ground.C"))
+        joints += "".join(f'[[joint]]\nbetween = ["{a}", "{b}"]\n' for a, b in pins)
+        angles += f", rod{k} = 2.3, rocker{k} = 3.0"
+    return _scene(0.0).replace("rocker = 3.0 }", f"rocker = 3.0{angles} }}") + links + joints
 
 
-def _seconds_of_two(miss: float, run: Run) -> float:
-    """By quadrature: the first changes its side where it lies in a line, the second does not."""
+def _seconds_of_more(miss: float, run: Run, *exact: tuple[float, ...]) -> float:
+    """By quadrature: those that lie in a line exactly change their sides there, the one that misses it does not."""
     names = list(run.model.links)
     angles = {name: run.q[0, run.model.q_names.index(f"theta_{names.index(name)}")] for name in names}
-    coupler, output, second, third = SECOND
     pin = INPUT * np.exp(1j * angles["crank"])
-
-    def side(length: float, angle: float) -> int:
-        return int(np.sign((length * np.exp(1j * angle) * np.conj(SPAN - pin)).imag))
-
-    def bar(coupler: float, output: float, masses: tuple[float, ...], side: int) -> FourBar:
-        lengths = (mpmath.mpf(one) for one in (INPUT, coupler, output, SPAN))
-        first, second, third = (mpmath.mpf(one) for one in masses)
-        return FourBar(*lengths, (first, second, third), side)
-
-    before = side(COUPLER, angles["rod"])
-    other = bar(coupler, output - miss, (0.0, second, third), side(coupler, angles["rod2"]))
+    loops = []
+    for k, (coupler, output, *masses) in enumerate(((COUPLER, OUTPUT, *MASSES[1:]), SECOND, *exact), 1):
+        rod = coupler * np.exp(1j * angles["rod" if k == 1 else f"rod{k}"])
+        side = int(np.sign((rod * np.conj(SPAN - pin)).imag))
+        lengths = (mpmath.mpf(one) for one in (INPUT, coupler, output - (miss if k == 2 else 0.0), SPAN))
+        of = tuple(mpmath.mpf(one) for one in (MASSES[0] if k == 1 else 0.0, *masses))
+        sides = (side, side if k == 2 else -side)
+        loops.append([FourBar(*lengths, of, one) for lengths in (tuple(lengths),) for one in sides])
 
     def sums(angle: mpmath.mpf) -> tuple[mpmath.mpf, mpmath.mpf]:
-        own = bar(COUPLER, OUTPUT, MASSES, -before if angle > 0 else before).inertia_and_potential(angle)
-        return own[0] + other.inertia_and_potential(angle)[0], own[1] + other.inertia_and_potential(angle)[1]
+        every = [loop[int(angle > 0)].inertia_and_potential(angle) for loop in loops]
+        return sum(one[0] for one in every), sum(one[1] for one in every)
 
     column = run.model.q_names.index(f"theta_{names.index('crank')}")
     begin, end, rate = (mpmath.mpf(one) for one in (run.q[0, column], run.q[-1, column], run.u[0, column]))
@@ -133,14 +131,18 @@ def _seconds_of_two(miss: float, run: Run) -> float:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("miss", [0.1, 0.02, 0.005])
-def test_one_loop_crosses_beside_another(miss: float, method: str, workshop: Workshop, reach: Reach) -> None:
-    """One lies in a line exactly, and goes through on its branch, where another turns sharply: time by quadrature."""
-    run = simulate(workshop.model(_two_loops(miss)), until=0.2, method=method)
+@pytest.mark.parametrize("exact", [(), hard((THIRD,))], ids=["one", "two"])
+def test_loops_cross_beside_another(
+    exact: tuple[tuple[float, ...], ...], miss: float, method: str, workshop: Workshop, reach: Reach
+) -> None:
+    """One, or two, lie in a line exactly, and go through on their branches, where another turns sharply: time by
+    quadrature."""
+    run = simulate(workshop.model(_more_loops(miss, *exact)), until=0.2, method=method)
     assert run.success, run.message
     with mpmath.workdps(40):
-        seconds = _seconds_of_two(miss, run)
+        seconds = _seconds_of_more(miss, run, *exact)
     moves = float(np.ptp(run.model.energy(run.q, run.u)[0]))
-    name = f"one loop in a line, another misses it by {miss:g}, {method}"
+    name = f"{1 + len(exact)} in a line, another misses it by {miss:g}, {method}"
     reach(f"{name}: time, s", abs(seconds - run.t[-1]), 1e-7)
     reach(f"{name}: energy, of that in motion", run.energy_drift / moves, 1e-7)
 
@@ -149,7 +151,7 @@ def test_one_loop_crosses_beside_another(miss: float, method: str, workshop: Wor
 @pytest.mark.parametrize("miss", [1e-3, -1e-3, 1e-6, 1e-10])
 def test_what_is_not_told_beside_another_loop_is_said(miss: float, method: str, workshop: Workshop) -> None:
     """It turned onto the other branch, and lost a millionth of its energy, without a word."""
-    run = simulate(workshop.model(_two_loops(miss)), until=0.2, method=method)
+    run = simulate(workshop.model(_more_loops(miss)), until=0.2, method=method)
     assert not run.success and "another misses it by very little" in run.message
     crank = run.model.q_names.index(f"theta_{list(run.model.links).index('crank')}")
     assert -0.5 < run.q[-1, crank] < 0.0 and run.energy_drift <= 1e-7
@@ -160,7 +162,7 @@ def test_one_loop_crosses_beside_another_in_floats(miss: float, workshop: Worksh
     """It ends where the same run in doubles does."""
     ends = []
     for precision in ("double", "float"):
-        run = simulate(workshop.model(_two_loops(miss), precision), until=0.2)
+        run = simulate(workshop.model(_more_loops(miss), precision), until=0.2)
         assert run.success, run.message
         ends.append(run.q[-1, run.model.q_names.index(f"theta_{list(run.model.links).index('crank')}")])
     assert abs(ends[1] - ends[0]) <= 1e-4  # a hundred times the rtol of floats, 1e-6

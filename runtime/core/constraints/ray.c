@@ -14,8 +14,8 @@
 enum { ROUNDINGS = 16 };
 static const double WIDEST =
     0.1; /* distance from dependence of the outermost nodes; each further try has half of it, */
-static const double NARROWEST = 0.025;      /* down to this, */
-static const double BESIDE_ANOTHER = 0.003; /* or this where another place, which the branch passes by, is as near */
+static const double NARROWEST =
+    0.003; /* down to this, where what the closure tells beside is known to eps / NARROWEST^2, 2e-11 */
 
 void interpolate(const struct system *s, struct branch *b, const double *y, double x)
 {
@@ -226,7 +226,7 @@ enum outcome bridge(struct system *s, struct branch *b, struct closed *c, const 
             outcome = sample(s, b, c, &x, y, width, &miss);
             break;
         }
-        if (width <= (b->alone >= 0 ? BESIDE_ANOTHER : NARROWEST))
+        if (width <= NARROWEST)
             break;
         best = miss;
     }

@@ -14,6 +14,7 @@
 #include "hybrid/immovable.h"
 #include "hybrid/jam.h"
 #include "hybrid/lying_flat.h"
+#include "hybrid/own_impact.h"
 #include "hybrid/striking.h"
 #include "impact/impact.h"
 #include "steps/pace.h"
@@ -124,8 +125,8 @@ static enum outcome move(struct automaton *a, struct phase *f)
 
 static enum outcome strike(struct automaton *a, struct phase *f)
 {
+    enum outcome outcome = come_onto_branch(f);
     const size_t impacts = f->run->impacts.count;
-    enum outcome outcome = strike_on_branch(f);
     outcome = outcome ? outcome : resolve_impacts(f, a->event.watch == CLOSES ? a->event.contact : -1);
     f->s->branch = NULL;
     a->struck = f->run->impacts.count > impacts;

@@ -41,9 +41,25 @@ static double still(const struct system *s, double extent)
     return STILL * extent / s->time;
 }
 
-/* Whether a held contact moves, or what is to be at rest along its ground, or whether loops and drives do not go as they are to; missed[rows] and slips[contacts] are room. */
-static int asks_too_much(const struct phase *f, const struct decision *d, const struct before_rest *before,
-                         const char *goes_on, double *missed, double *slips)
+/* Of those that are to be at rest along their grounds, the one of the fastest of slips[contacts], or -1 where none of them slides. */
+static int slides_fastest(const struct phase *f, const struct decision *d, const struct before_rest *before,
+                          const char *goes_on, const double *slips)
+{
+    const struct system *s = f->s;
+    double fastest = still(s, s->length);
+    int found = -1;
+    for (int i = 0; s->friction && i < d->count; i++) {
+        const int c = d->contact[i];
+        if (stays(d, i) && !goes_on[i] && !before->moves[c] && fabs(slips[c]) > fastest) {
+            fastest = fabs(slips[c]);
+            found = c;
+        }
+    }
+    return found;
+}
+
+/* Whether a held contact moves, or whether loops and drives do not go as they are to; missed[rows] is room. */
+static int asks_too_much(const struct phase *f, const struct before_rest *before, double *missed)
 {
     const struct system *s = f->s;
     const struct active_set *h = s->active;
@@ -52,10 +68,6 @@ static int asks_too_much(const struct phase *f, const struct decision *d, const 
     contact_rates(s, q, u, f->rates);
     for (int i = 0; i < h->count; i++)
         too_much |= fabs(f->rates[h->set[i]]) > still(s, s->extent[h->set[i]]);
-    if (s->friction)
-        s->model->slips(s->k, q, u, slips);
-    for (int i = 0; s->friction && i < d->count; i++)
-        too_much |= stays(d, i) && !goes_on[i] && fabs(slips[d->contact[i]]) > still(s, s->length);
     s->model->closure_rate(s->k, q, u, missed);
     for (int i = 0; i < s->model->rows; i++)
         too_much |= fabs(missed[i]) > still(s, s->length);
@@ -88,33 +100,21 @@ static int drives_in(struct phase *f, const struct decision *d)
     return 0;
 }
 
-/* Note the held contact that opens fastest, or else the one that slides fastest of those that were to stop: whether there is one. */
-static int note_fastest(const struct phase *f, const struct decision *d, const struct before_rest *before,
-                        const char *goes_on)
+/* The held contact that opened fastest before, or -1 */
+static int opened_fastest(const struct phase *f, const struct before_rest *before)
 {
     const struct system *s = f->s;
     const struct active_set *h = s->active;
-    double fastest_gap = still(s, 1.0), fastest_slip = still(s, s->length);
-    int opens = -1, moves = -1;
+    double fastest = still(s, 1.0);
+    int found = -1;
     for (int i = 0; i < h->count; i++) {
         const int c = h->set[i];
-        if (before->rates[c] > fastest_gap * s->extent[c]) {
-            fastest_gap = before->rates[c] / s->extent[c];
-            opens = c;
+        if (before->rates[c] > fastest * s->extent[c]) {
+            fastest = before->rates[c] / s->extent[c];
+            found = c;
         }
     }
-    for (int i = 0; i < d->count; i++) {
-        const int c = d->contact[i];
-        if (stays(d, i) && !goes_on[i] && !before->moves[c] && fabs(before->slips[c]) > fastest_slip) {
-            fastest_slip = fabs(before->slips[c]);
-            moves = c;
-        }
-    }
-    if (opens >= 0)
-        before->opens[opens] = 1;
-    else if (moves >= 0)
-        before->moves[moves] = 1;
-    return opens >= 0 || moves >= 0;
+    return found;
 }
 
 enum outcome ask_for_less(struct phase *f, const struct decision *d, const struct before_rest *before,
@@ -122,12 +122,24 @@ enum outcome ask_for_less(struct phase *f, const struct decision *d, const struc
 {
     struct system *s = f->s;
     const struct mark mark = s->arena->top;
-    double *missed = TAKE(s->arena, double, s->model->rows), *slips = TAKE(s->arena, double, s->model->contacts);
+    double *missed = TAKE(s->arena, double, s->model->rows), *slips = TAKE_ZEROS(s->arena, double, s->model->contacts);
     const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    const int too_much = !outcome && s->active->count &&
-                         ((s->model->drives && asks_too_much(f, d, before, goes_on, missed, slips)) ||
-                          (d->events_crowd && another_opens(f, before) && drives_in(f, d)));
-    *again = too_much && note_fastest(f, d, before, goes_on);
+    int opens = -1, slides = -1;
+    const int crowds = d->events_crowd || f->at.slow > 0.0;
+    if (!outcome && s->active->count && (s->model->drives || crowds)) {
+        if (s->friction)
+            s->model->slips(s->k, f->y, f->y + s->n, slips);
+        const int one_slides = slides_fastest(f, d, before, goes_on, slips) >= 0;
+        if (one_slides || (s->model->drives && asks_too_much(f, before, missed)) || (crowds && drives_in(f, d))) {
+            opens = one_slides ? -1 : opened_fastest(f, before);
+            slides = opens < 0 ? slides_fastest(f, d, before, goes_on, before->slips) : -1;
+        }
+    }
+    *again = opens >= 0 || slides >= 0;
+    if (opens >= 0)
+        before->opens[opens] = 1;
+    if (slides >= 0)
+        before->moves[slides] = 1;
     if (*again) {
         memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
         f->run->rest_speed = before->rest_speed;

@@ -21,6 +21,7 @@
 #include "base/tolerances.h"
 #include "constraints/branch.h"
 #include "constraints/nullspace.h"
+#include "hybrid/own_impact.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
 
@@ -334,23 +335,21 @@ static int find_nearest(struct system *s, const struct cone *k, double enough, d
     return isfinite(least);
 }
 
-/* Record u as what an impact of the closed contacts, without impulses, makes of the velocities, and go on with them. */
-static enum outcome go_on_with(struct phase *f, int count, const double *u)
+/* Go on with velocities u[n], which an impact of the loop with itself leaves. */
+static enum outcome go_on_with(struct phase *f, const double *u)
 {
     struct system *s = f->s;
     const size_t n = s->n;
     const struct mark mark = s->arena->top;
-    double *du = TAKE(s->arena, double, n), *momentum = TAKE(s->arena, double, n);
-    double *P = TAKE_ZEROS(s->arena, double, 2 * (size_t)s->model->contacts);
+    double *before = TAKE(s->arena, double, s->size), *du = TAKE(s->arena, double, n);
+    double *momentum = TAKE(s->arena, double, n);
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome) {
         const double loss = jump_loss(s, f->y, f->y + n, u, du, momentum);
+        memcpy(before, f->y, s->size * sizeof *before);
         if (s->model->drives || loss > 0.0) {
-            if (record_state(f) || append_impact(&f->run->impacts, f->t, f->y + n, u, n, count, f->set, P, loss, 1.0,
-                                                 f->run->record.count))
-                outcome = OUTCOME_NO_MEMORY;
             memcpy(f->y + n, u, n * sizeof *u);
-            outcome = outcome || record_state(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+            outcome = note_own_impact(f, before, loss);
         }
     }
     give_back(s->arena, mark);
@@ -377,7 +376,7 @@ enum outcome leave_on_cone(struct phase *f)
             for (int j = 0; j < k.freedom; j++)
                 u[l] += w[j] * k.Z[(size_t)j * s->n + l];
         }
-        outcome = go_on_with(f, k.closed, u);
+        outcome = go_on_with(f, u);
     }
 end:
     give_back(s->arena, mark);

@@ -366,26 +366,6 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
     return 0;
 }
 
-/* Note moves[contacts] of those that still slide although they were to be at rest along their grounds: where loops all but fix them, what would take that
- * away is left out. Whether there is a new one. */
-static int notes_moving(const struct phase *f, const struct decision *d, const char *goes_on, double *slips,
-                        char *moves)
-{
-    const struct system *s = f->s;
-    int found = 0;
-    if (!s->friction)
-        return 0;
-    s->model->slips(s->k, f->y, f->y + s->n, slips);
-    for (int i = 0; i < d->count; i++) {
-        const int c = d->contact[i];
-        if (!stays(d, i) || goes_on[i] || moves[c] || !(fabs(slips[c]) > STILL * s->length / s->time))
-            continue;
-        moves[c] = 1;
-        found = 1;
-    }
-    return found;
-}
-
 /* Which candidates go on along their grounds as they are: smooth ones, those of which the sliding was known, and of the others, which are as slow as what may rest, those that slide
  * as has been found. What is brought to rest in a crowd of events is noted with how fast it has moved. */
 static void look_what_goes_on(struct phase *f, const struct decision *d, double *slips, char *goes_on)
@@ -481,8 +461,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
             s->branch = NULL;
             outcome = outcome ? outcome : ask_for_less(f, &d, &before, goes_on, &again);
             if (!outcome && h->count && !again)
-                again = turns_sliding(f, &d, slips) ||
-                        (f->at.slow > 0.0 && notes_moving(f, &d, goes_on, slips, before.moves));
+                again = turns_sliding(f, &d, slips);
             *chosen = d.chosen;
             if (outcome == OUTCOME_JAMMED)
                 f->run->contact = d.count ? d.contact[0] : -1;

@@ -178,7 +178,7 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
         }
     }
     enum outcome found = delassus(s, q, d->count, d->contact, a->columns, d->W);
-    d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
+    d->scale = fmax(d->scale, force_noise(s, f->y, d->count, d->contact, d->W, d->all + 1) / PRESSED);
     if (found || !d->count || !(d->vanishing.ahead > 0.0))
         return found;
     found = change_ahead(f, d, a->change);

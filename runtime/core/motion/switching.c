@@ -1,9 +1,11 @@
 /* The switching functions of held contacts; see switching.h. */
 #include "motion/switching.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/branch.h"
 #include "constraints/shared_forces.h"
 #include "constraints/twins.h"
 #include "model/contacts.h"
@@ -106,6 +108,19 @@ static enum outcome keep_what_others_keep(struct system *s, const double *y, con
     return outcome;
 }
 
+enum { ROUNDINGS = 2 }; /* of the two positions that the closure is the difference of */
+
+/* Directions are known to eps / sigma there, and bend as fast as 1 / sigma. */
+double missed_force(const struct system *s, const double *y)
+{
+    double energy[2];
+    if (!passes_by(s))
+        return 0.0;
+    const double margin = nearest_margin(s);
+    s->model->energy(s->k, y, y + s->n, energy);
+    return ROUNDINGS * DBL_EPSILON / (margin * margin) * energy[0] / s->length;
+}
+
 enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values)
 {
     const struct active_set *h = s->active;
@@ -119,8 +134,9 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
     int count = h->count, row = h->count;
     for (int i = 0; i < h->count && !outcome; i++)
         h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
+    const double missed = h->count ? missed_force(s, y) : 0.0;
     for (int i = 0; i < h->count; i++)
-        values[i] = h->mode[i] == GRAZING ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
+        values[i] = fmax(missed, h->least[i]) + (h->mode[i] == GRAZING ? -fabs(h->force[i]) : h->force[i]);
     if (watches_slips(h))
         s->model->slips(s->k, y, y + s->n, slips);
     for (int i = 0; i < h->count; i++) {

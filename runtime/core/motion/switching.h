@@ -16,6 +16,9 @@ struct mode_change {
  * dy[size] is the derivative at (t, y). */
 int switching_count(const struct system *s);
 struct mode_change mode_change_of(const struct system *s, int index);
+/* N: what forces are known to where the motion passes a place by (docs/theory, eq. 8.12), 0 elsewhere */
+double missed_force(const struct system *s, const double *y);
+
 enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values);
 
 #endif

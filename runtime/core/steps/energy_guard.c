@@ -16,6 +16,9 @@
 #include "constraints/nullspace.h"
 #include "motion/derivative.h"
 
+/* Part of what a place hides that rounding is likely to be: two roundings of sixteen. More may be an error of the step. */
+static const double LIKELY = 0.125;
+
 /* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
  * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
 static double unknown_work(const struct phase *f)
@@ -74,19 +77,21 @@ static double unknown_work_of_loads(struct phase *f)
     return ENERGY_ROUNDING * s->length * (force + slides);
 }
 
-double energy_residual(struct phase *f)
+double energy_residual(struct phase *f, double *unknown)
 {
     const struct system *s = f->s;
     double done, moves;
+    *unknown = 0.0;
     if (!guarded(f) || f->run->fixed_step > 0.0)
         return 0.0;
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
     const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
-    const double known = (KEPT * part * f->run->tolerance.rtol + 2.0 * missed_velocity(f)) * moves;
-    double may = known + ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
-    if (fabs(gain) > OFTEN * may)
-        may += unknown_work_of_loads(f);
+    const double known = KEPT * part * f->run->tolerance.rtol * moves + ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
+    const double hidden = 2.0 * missed_velocity(f) * moves;
+    const double loads = fabs(gain) > OFTEN * (known + hidden) ? unknown_work_of_loads(f) : 0.0;
+    const double may = known + hidden + loads;
     double missed = fabs(gain) / may;
+    *unknown = fabs(gain) > known + LIKELY * hidden + loads ? fabs(gain) : 0.0;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
     if (missed > 1.0 && !(f->t < f->at.stretch_end)) {

@@ -4,8 +4,9 @@
 
 #include "steps/step.h"
 
-/* what the step to y1 gains or loses, other than by the work of effects, in units of what may be: more than 1 is refused */
-double energy_residual(struct phase *f);
+/* what the step to y1 gains or loses, other than by the work of effects, in units of what may be: more than 1 is refused. *unknown: J, of that what a place that it passes by
+ * may hide, but is not likely to; 0 else */
+double energy_residual(struct phase *f, double *unknown);
 
 /* whether a step of fixed length gains or loses so much that it is no step of the motion */
 int breaks_energy(struct phase *f);

@@ -29,7 +29,8 @@ static double watched_noise(const struct search *search, int index)
         return 0.0;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
-    return FORCE_ROUNDING / nearest_margin(s) * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
+    return fmax(FORCE_ROUNDING / nearest_margin(s) * peak, missed_force(s, search->y)) *
+           (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
 /* By how much the samples of a watched value in a window, every other one, miss the rest, 0 where one is infinite: nothing shows when what others keep is lost; `low`: the least of its samples, but

@@ -331,7 +331,9 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         outcome = locate_event(f, *event);
     if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
         outcome = OUTCOME_STEP_TOO_SMALL;
-    if (!outcome && f->h != at->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* shorter than accepted */
+    double unknown;
+    if (!outcome && f->h != at->energy_h && f->h > shortest(f) &&
+        energy_residual(f, &unknown) > 1.0) /* shorter than accepted */
         outcome = OUTCOME_STEP_TOO_SMALL;
     const int behind = outcome ? -1 : penetrating_contact(f);
     if (behind >= 0 && (f->s->active->closed[behind] == WATCHED || f->h > shortest(f))) {

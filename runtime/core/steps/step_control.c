@@ -131,6 +131,7 @@ enum outcome accepted_step(struct phase *f, double *next)
     struct run *run = f->run;
     enum outcome outcome = keep_following(f);
     int leaves = 0, refused = 0; /* whether no branch is told from here, and whether a try has failed */
+    double least = INFINITY;     /* J that a longer try has missed of what is not known there */
     while (!outcome) {
         const double whole = f->h;
         double error = 0.0;
@@ -148,8 +149,13 @@ enum outcome accepted_step(struct phase *f, double *next)
                 continue;
         }
         outcome = outcome ? outcome : check_end(f, error);
+        double unknown = 0.0;
         if (!outcome && error <= 1.0)
-            error = fmax(error, energy_residual(f));
+            error = fmax(error, energy_residual(f, &unknown));
+        if (!outcome && error <= 1.0 && unknown > 0.0 && unknown < 0.5 * least && LEAST_CHANGE * f->h > shortest(f)) {
+            least = unknown; /* it may be an error of the step all the same, of which a shorter one has less */
+            error = INFINITY;
+        }
         if (!outcome && error <= 1.0) {
             accept(f, error, refused, next);
             return OUTCOME_DONE;
