@@ -77,7 +77,7 @@ def test_a_loop_that_a_drive_folds_flat_reaches_its_end(workshop: Workshop) -> N
 
 @pytest.mark.hard
 @pytest.mark.parametrize(("seed", "number"), [(7, 130), (8, 799)])
-def test_what_an_impact_beside_a_line_leaves_wrong_is_said(seed: int, number: int, workshop: Workshop) -> None:
+def test_an_impact_beside_a_line_loses_no_energy_unsaid(seed: int, number: int, workshop: Workshop) -> None:
     """Impacts of loops that a drive folds flat, 1e-10 of their length from it, leave with velocities of no branch: the
     next step had other ones, and a ten-thousandth of the energy was taken for what rounding hides there."""
     found = run(workshop.model, driven(number + 1, seed)[number])

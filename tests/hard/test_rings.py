@@ -76,9 +76,9 @@ def test_random_rings_fall(method: str, count: int, seed: int, workshop: Worksho
 def test_crowds_of_events_beside_lines_end_event_by_event(seed: int, number: int, workshop: Workshop) -> None:
     """Rings of eight whose corners all but lie on the ground: what was brought to rest on the closure as it is moved
     another, which struck and undid it, and what slides there slower than a millionth cannot be stopped at all. They
-    went on by time stepping after 400 events at one instant. So did the fourth, whose forces are not known to more than
-    a thousand newtons there, and were told pulls from 1 N on: its moving corners were stopped, with 0.8 % of its
-    energy. In the last two a corner that came to rest drove another in, tens of thousands of times."""
+    went on by time stepping after 400 events at one instant. So did the fourth, whose forces are known only to within
+    1,000 N there, and were told pulls from 1 N on: its moving corners were stopped, with 0.8 % of its energy. In the
+    last two a corner that came to rest drove another in, tens of thousands of times."""
     much, run = missed(rings(number + 1, seed)[number], "gauss", workshop)
     assert all(phase.kind != "steps" for phase in run.phases)
     assert much <= 1e-8 and len(run.impacts) <= 5000

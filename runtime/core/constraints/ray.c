@@ -15,7 +15,7 @@ enum { ROUNDINGS = 16 };
 static const double WIDEST =
     0.1; /* distance from dependence of the outermost nodes; each further try has half of it, */
 static const double NARROWEST =
-    0.003; /* down to this, where what the closure tells beside is known to eps / NARROWEST^2, 2e-11 */
+    0.1 / 64; /* down to this, where what the closure tells beside is known to eps / NARROWEST^2, 1e-10 */
 
 void interpolate(const struct system *s, struct branch *b, const double *y, double x)
 {

@@ -41,7 +41,7 @@ static double still(const struct system *s, double extent)
     return STILL * extent / s->time;
 }
 
-/* Of those that are to be at rest along their grounds, the one of the fastest of slips[contacts], or -1 where none of them slides. */
+/* Of those that are to be at rest along their grounds, the one with the largest of slips[contacts] in size, or -1 where none of them slides. */
 static int slides_fastest(const struct phase *f, const struct decision *d, const struct before_rest *before,
                           const char *goes_on, const double *slips)
 {
@@ -131,8 +131,9 @@ enum outcome ask_for_less(struct phase *f, const struct decision *d, const struc
             s->model->slips(s->k, f->y, f->y + s->n, slips);
         const int one_slides = slides_fastest(f, d, before, goes_on, slips) >= 0;
         if (one_slides || (s->model->drives && asks_too_much(f, before, missed)) || (crowds && drives_in(f, d))) {
-            opens = one_slides ? -1 : opened_fastest(f, before);
-            slides = opens < 0 ? slides_fastest(f, d, before, goes_on, before->slips) : -1;
+            slides = one_slides ? slides_fastest(f, d, before, goes_on, before->slips) : -1;
+            opens = slides < 0 ? opened_fastest(f, before) : -1;
+            slides = slides < 0 && opens < 0 ? slides_fastest(f, d, before, goes_on, before->slips) : slides;
         }
     }
     *again = opens >= 0 || slides >= 0;

@@ -178,7 +178,10 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
         }
     }
     enum outcome found = delassus(s, q, d->count, d->contact, a->columns, d->W);
-    d->scale = fmax(d->scale, force_noise(s, f->y, d->count, d->contact, d->W, d->all + 1) / PRESSED);
+    const double missed = missed_force(s, f->y);
+    d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
+    for (int i = 0; i < d->count; i++)
+        d->scale = fmax(d->scale, d->W[(size_t)i * (d->all + 1)] * missed / PRESSED);
     if (found || !d->count || !(d->vanishing.ahead > 0.0))
         return found;
     found = change_ahead(f, d, a->change);

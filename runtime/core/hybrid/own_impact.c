@@ -1,7 +1,7 @@
 /* Impacts of loops with themselves.
  *
- * Beside a place, and in it, an impact leaves out the rows of the closure that are all but lost there. Its velocities are to keep them all the same as the loop goes on: what that takes is an impact of the
- * loop with itself, in the record with impulses of zero.
+ * An impact near a place ignores closure rows that are almost lost there. The motion behind it has to satisfy them nevertheless: what that takes is an impact of the loop with itself, in the record with
+ * impulses of zero.
  */
 #include "hybrid/own_impact.h"
 
@@ -21,14 +21,14 @@ enum outcome note_own_impact(struct phase *f, double *before, double loss)
     if (!failed) {
         contact_gaps(s, before, f->gaps);
         for (int c = 0; c < contacts; c++)
-            if (f->gaps[c] <= SHUT * s->extent[c])
+            if (f->gaps[c] <= gap_tolerance(f, c))
                 f->set[count++] = c;
         f->y = before;
         failed = record_state(f);
         f->y = now;
-        failed = failed ||
-                 append_impact(&f->run->impacts, f->t, before + n, now + n, n, count, f->set, P, loss, 1.0,
-                               f->run->record.count) ||
+        failed = failed || /* in the air it is in no record */
+                 (count && append_impact(&f->run->impacts, f->t, before + n, now + n, n, count, f->set, P, loss, 1.0,
+                                         f->run->record.count)) ||
                  record_state(f);
     }
     give_back(s->arena, mark);
@@ -49,7 +49,9 @@ enum outcome come_onto_branch(struct phase *f)
         s->model->energy(s->k, y, y + s->n, before);
         s->model->energy(s->k, f->y, f->y + s->n, after);
         const double loss = before[0] - after[0] + (before[1] - after[1]);
-        if (loss > f->run->tolerance.rtol * fmax(f->at.energy_in_motion, before[0]))
+        const double known = f->run->tolerance.rtol * fmax(f->at.energy_in_motion, before[0]) +
+                             ENERGY_ROUNDING * (before[0] + fabs(before[1]));
+        if ((s->model->drives ? fabs(loss) : loss) > known) /* drives may add */
             outcome = note_own_impact(f, y, loss);
     }
     give_back(s->arena, mark);

@@ -20,16 +20,14 @@
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
-#include "motion/switching.h"
 #include "steps/step_end.h"
 
-double force_noise(const struct system *s, const double *y, int count, const int *set, const double *W, int step)
+double force_noise(const struct system *s, int count, const int *set, const double *W, int step)
 {
-    const double missed = count ? missed_force(s, y) : 0.0;
     double found = 0.0;
     for (int i = 0; i < count; i++)
-        found = fmax(found, W[(size_t)i * step] * fmax(FORCE_ROUNDING * s->active->peak[set[i]], missed));
-    return found;
+        found = fmax(found, W[(size_t)i * step] * s->active->peak[set[i]]);
+    return FORCE_ROUNDING * found;
 }
 
 /* Whether the force of held contact i may be among those that vanish. What touches without pressing does so until it stirs. */
@@ -145,7 +143,7 @@ enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct van
     outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : delassus(s, f->y, h->count, h->set, columns, W);
     if (outcome)
         goto end;
-    v->noise = force_noise(s, f->y, h->count, h->set, W, rows + 1);
+    v->noise = force_noise(s, h->count, h->set, W, rows + 1);
     outcome = look_ahead(f, v, W, rows + 1);
     if (outcome || !note_vanished(f, loss, v, W, rows))
         v->ahead = 0.0;

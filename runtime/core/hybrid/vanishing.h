@@ -14,8 +14,8 @@ struct vanishing {
 };
 
 /* What gaps are known to accelerate by (m/s^2), of the contacts `set` with compliances W[i * step]: rounding of the forces that
- * have held contacts closed since nothing was held, or since the last impact at which no closure row was nearly dependent, or what the place hides that the motion passes by */
-double force_noise(const struct system *s, const double *y, int count, const int *set, const double *W, int step);
+ * have held contacts closed since nothing was held, or since the last impact at which no closure row was nearly dependent */
+double force_noise(const struct system *s, int count, const int *set, const double *W, int step);
 
 /* The forces that vanish at the event `loss` at (t, y), with what has been held up to now still held, and the state a little
  * later, as if it were held on; where that cannot be computed, v->ahead is 0, and only an

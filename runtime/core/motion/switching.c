@@ -108,7 +108,7 @@ static enum outcome keep_what_others_keep(struct system *s, const double *y, con
     return outcome;
 }
 
-enum { ROUNDINGS = 2 }; /* of the two positions that the closure is the difference of */
+enum { ROUNDINGS = 2 }; /* m u^2 is twice the kinetic energy */
 
 /* Directions are known to eps / sigma there, and bend as fast as 1 / sigma. */
 double missed_force(const struct system *s, const double *y)

@@ -91,7 +91,7 @@ double energy_residual(struct phase *f, double *unknown)
     const double loads = fabs(gain) > OFTEN * (known + hidden) ? unknown_work_of_loads(f) : 0.0;
     const double may = known + hidden + loads;
     double missed = fabs(gain) / may;
-    *unknown = fabs(gain) > known + LIKELY * hidden + loads ? fabs(gain) : 0.0;
+    *unknown = hidden > 0.0 && fabs(gain) > known + LIKELY * hidden + loads ? fabs(gain) : 0.0;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
     if (missed > 1.0 && !(f->t < f->at.stretch_end)) {
