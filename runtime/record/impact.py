@@ -22,8 +22,8 @@ class Impact:
     part of their restitution that the contacts had: less than 1 where all of it would have gained energy, or the law
     has no impulses for it. `friction` (k,) are the impulses along the grounds (N s), and `reactions` (joints, 3) those
     of the joints, x, y (N s) and moment (N m s), on their second links. Where a loop comes to lie in a line on the
-    ground it strikes itself: the impulses of the contacts that lie there are zero then, and so are the joints', which
-    have no bounds.
+    ground, or beside a line comes onto its branch again, it strikes itself: the impulses of the contacts that are
+    closed are zero then, and so are the joints', which have no bounds.
     """
 
     t: float

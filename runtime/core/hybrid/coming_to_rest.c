@@ -1,9 +1,9 @@
 /* Of what is as slow as what may rest, not all can come to rest at once.
  *
  * Where drives move one contact against another rows depend on each other, and the projection leaves one out: a held contact goes on, or a loop opens, or a joint is driven
- * otherwise, which the next step would give back. There, and where loops all but lie in a line, what is brought to rest in a crowd of events may drive another in, which strikes
+ * otherwise, which the next step would give back. And in a crowd of events, what is brought to rest may drive another in, which strikes
  * and undoes it.
- * The fastest of them then goes on as it is: what opens is in the air, and what slides goes on sliding.
+ * One of them then goes on as it was: where one still slides, the one that slid fastest; else the one that opened fastest, which is in the air; else the one that slid fastest.
  */
 #include "hybrid/coming_to_rest.h"
 

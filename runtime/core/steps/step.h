@@ -97,7 +97,7 @@ enum outcome keep_following(struct phase *f);
 /* Have what is decided at an event be about the branch which the phase before has followed; the state is put onto it. */
 enum outcome decide_on_branch(struct phase *f);
 
-/* Have what strikes where two branches cross keep to the one which the phase before has followed: the closure at the place would let it go along both. */
+/* Have what strikes where two branches cross, or beside a place, keep to the one which the phase before has followed: the closure at the place would let it go along both. The state is put onto it. */
 enum outcome strike_on_branch(struct phase *f);
 
 /* Have it follow none; in the second, where its derivative was that along a branch, with that of the closure as it is. */
