@@ -22,7 +22,8 @@ def ways_on(model: Model, q: FloatArray, u: FloatArray) -> str:
     """Why a run cannot begin with velocities ``u`` (nu,) where a loop lies in a line at ``q`` (nq,).
 
     It names the angular velocities (rad/s) that tell the two motions from there apart, if there are two: those that
-    leave the lost row as it is (docs/theory, eq. 8.4), nearest to ``u``, driven joints as fast as they are to be.
+    leave the lost row as it is (docs/theory, eq. 8.4), nearest to ``u``, the link that turns fastest as fast as it
+    does, for that is given, and driven joints as they are to be.
     """
     told = "a loop lies in a line, and these velocities are those of neither motion that leads on from there"
     ways = [model.velocities(q, way)[:, 2] for way in _tangents(model, q, u)]
@@ -33,7 +34,7 @@ def ways_on(model: Model, q: FloatArray, u: FloatArray) -> str:
         return f"{told}; give the angular velocities of more links, or start a little beside it"
     one, other = (", ".join(f"{links[k]} {_shown(way[k], fastest)}" for k in apart) for way in ways)
     names = " or ".join(links[k] for k in apart)
-    return f"{told}, with angular velocities {one} or {other} rad/s; give that of {names}"
+    return f"{told}, with angular velocities {one} or {other} rad/s; give that of {names} as well"
 
 
 def _shown(rate: float, fastest: float) -> str:
@@ -42,7 +43,8 @@ def _shown(rate: float, fastest: float) -> str:
 
 
 def _tangents(model: Model, q: FloatArray, u: FloatArray) -> list[FloatArray]:
-    """The velocities nearest to ``u`` on each of two branches; none where not two of them cross."""
+    """The velocities nearest to ``u`` on each of two branches, with the fastest link as fast where the branch has such;
+    none where not two of them cross."""
     unit = model.coordinate_units
 
     def rows(at: FloatArray) -> FloatArray:
@@ -65,12 +67,17 @@ def _tangents(model: Model, q: FloatArray, u: FloatArray) -> list[FloatArray]:
         return []
     above, below = np.sqrt(values[-1]) * vectors[:, -1], np.sqrt(-values[0]) * vectors[:, 0]
     drives = drive_rows(model) * unit @ K
+    turns = model.velocities(q, u)[:, 2]
+    fastest = int(np.argmax(np.abs(turns)))
+    kept = np.array([model.velocities(q, unit * k)[fastest, 2] for k in K.T])
     found = []
     for normal in (above + below, above - below):
-        fixed = np.vstack([normal[None], drives])
-        wanted = np.concatenate([[0.0], drive_speeds(model)])
-        z = K.T @ (u / unit)
-        z += np.linalg.lstsq(fixed, wanted - fixed @ z, rcond=None)[0]
-        if np.allclose(fixed @ z, wanted, atol=ALIKE * max(1.0, float(np.abs(z).max()))):
-            found.append(unit * (K @ z))
+        rows_fixed, wanted = np.vstack([normal[None], drives]), np.concatenate([[0.0], drive_speeds(model)])
+        every = np.vstack([rows_fixed, kept[None]]), np.concatenate([wanted, [turns[fastest]]])
+        for fixed, rates in (every, (rows_fixed, wanted)):
+            z = K.T @ (u / unit)
+            z += np.linalg.lstsq(fixed, rates - fixed @ z, rcond=None)[0]
+            if np.allclose(fixed @ z, rates, atol=ALIKE * max(1.0, float(np.abs(z).max()))):
+                found.append(unit * (K @ z))
+                break
     return found

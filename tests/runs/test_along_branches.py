@@ -235,8 +235,25 @@ def test_a_start_in_line_asks_which_way(workshop: Workshop) -> None:
     assert run.message == (
         "stopped at t = 0 s: a loop lies in a line, and these velocities are those of neither motion that leads on "
         "from there, with angular velocities side_rod -3.14159, wheel -9.42478 or side_rod 0, wheel 6.28319 rad/s; "
-        "give that of side_rod or wheel"
+        "give that of side_rod or wheel as well"
     )
+
+
+def test_a_free_start_in_line_keeps_the_speed_that_is_given(workshop: Workshop) -> None:
+    """What is asked for is told for the crank's own speed, and each answer runs with it."""
+    drive = '[[drive]]\njoint = "axle"\nspeed = "60 rpm"\n'
+    run = simulate(workshop.model(flat(tell="angular_velocities = { crank = 6 }").replace(drive, "")))
+    assert not run.success
+    assert run.message.endswith(
+        "with angular velocities side_rod -3, wheel -9 or side_rod 0, wheel 6 rad/s; "
+        "give that of side_rod or wheel as well"
+    )
+    for answer in ("side_rod = -3", "side_rod = 0", "wheel = -9", "wheel = 6"):
+        tell = f"angular_velocities = {{ crank = 6, {answer} }}"
+        model = workshop.model(flat(tell=tell).replace(drive, ""))
+        goes = simulate(model, until=0.01)
+        assert goes.success, goes.message
+        assert model.velocities(goes.q[0], goes.u[0])[0, 2] == pytest.approx(6.0, abs=1e-12)
 
 
 SPINS = """
