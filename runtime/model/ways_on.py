@@ -23,7 +23,7 @@ def ways_on(model: Model, q: FloatArray, u: FloatArray) -> str:
 
     It names the angular velocities (rad/s) that tell the two motions from there apart, if there are two: those that
     leave the lost row as it is (docs/theory, eq. 8.4), nearest to ``u``, the link that turns fastest as fast as it
-    does, for that is given, and driven joints as they are to be.
+    does, which is given as a rule (what was given is not known here), and driven joints as they are to be.
     """
     told = "a loop lies in a line, and these velocities are those of neither motion that leads on from there"
     ways = [model.velocities(q, way)[:, 2] for way in _tangents(model, q, u)]
@@ -72,9 +72,9 @@ def _tangents(model: Model, q: FloatArray, u: FloatArray) -> list[FloatArray]:
     kept = np.array([model.velocities(q, unit * k)[fastest, 2] for k in K.T])
     found = []
     for normal in (above + below, above - below):
-        rows_fixed, wanted = np.vstack([normal[None], drives]), np.concatenate([[0.0], drive_speeds(model)])
-        every = np.vstack([rows_fixed, kept[None]]), np.concatenate([wanted, [turns[fastest]]])
-        for fixed, rates in (every, (rows_fixed, wanted)):
+        told = np.vstack([normal[None], drives]), np.concatenate([[0.0], drive_speeds(model)])
+        with_fastest = np.vstack([told[0], kept[None]]), np.concatenate([told[1], [turns[fastest]]])
+        for fixed, rates in (with_fastest, told):
             z = K.T @ (u / unit)
             z += np.linalg.lstsq(fixed, rates - fixed @ z, rcond=None)[0]
             if np.allclose(fixed @ z, rates, atol=ALIKE * max(1.0, float(np.abs(z).max()))):
