@@ -206,6 +206,7 @@ benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/threads.py
 	@$(BIN)/python benchmarks/ensemble.py
 	@$(BIN)/python benchmarks/with_contacts.py
+	@$(BIN)/python benchmarks/scene_events.py
 	@$(BIN)/python benchmarks/orbits.py
 	@$(BIN)/python benchmarks/identification.py
 

@@ -199,6 +199,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         latches=sum(len(effect.latches()) for effect in scene.effects),
         told=len(equations.outputs),
         lines=equations.lines,
+        indicators=len(scene.indicators),
     )
     models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
     extra = switching_data(scene, models) | event_data(scene, models)
@@ -208,6 +209,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     latched_at = [switches.index(side) for effect in scene.effects for _, side in effect.latches()]
     sides = topology.sides(len(mechanism.joints))
     tables = {"partner": topology.partners, "sides": sides, "driven": driven, "latched_at": latched_at}
+    tables |= {"directions": [direction for _, direction in scene.indicators], "rated": equations.rated}
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers, variant.derivatives)
     (folder / "model.c").write_text(model)
     lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)

@@ -71,10 +71,12 @@ def derive_scene(
     (:data:`~.planning.choose.PLANS`), or of the ``choice`` where it has been made.
     """
     from .derive.derivation import derive
+    from .effect_base.indicators import Indicator
 
     choice = choice or plan_scene(scene, plan, fold=fold)[1]
     topology = choice.topology
-    equations = derive(scene.mechanism, topology, choice.plan, scene.effects)
+    indicators = tuple(Indicator(when, scene.mechanism) for when, _ in scene.indicators)
+    equations = derive(scene.mechanism, topology, choice.plan, scene.effects, indicators)
     if fold:
         from .program.fold import fold as folded
 

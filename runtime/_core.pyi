@@ -209,6 +209,7 @@ class Kernels:
         scales: tuple[float, float] | None = None,
         latched: Array | Sequence[float] = (),
     ) -> tuple[Array, Array, str]: ...
+    def indicators(self, t: Array, q: Array, u: Array) -> tuple[Array, Array, Array]: ...
     def simulate(
         self,
         q: Array,
@@ -229,4 +230,6 @@ class Kernels:
         begin: float = ...,
         latched: Sequence[float] | Array | None = ...,
         look: Callable[[dict[str, Any]], int | None] | None = None,
+        armed: Sequence[Sequence[bool]] | None = None,
+        halts: Sequence[int] | None = None,
     ) -> dict[str, Any]: ...

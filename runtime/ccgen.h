@@ -51,6 +51,8 @@ struct ccgen_settings {
     long rate_budget;
     const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
+    int events; /* what becomes of events of the scene: CCGEN_IGNORE, CCGEN_TELL (ccgen_crossings; the motion is the same by every bit), or CCGEN_HALT: motion
+                 * is told of and ends at each */
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
     int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;
@@ -59,11 +61,14 @@ struct ccgen_settings {
     void *tick_context;
 };
 
+enum { CCGEN_IGNORE, CCGEN_TELL, CCGEN_HALT };
+
 enum ccgen_event_kind {
     CCGEN_NO_EVENT, /* the time asked for is reached */
     CCGEN_CLOSES,   /* a contact has closed, and strikes unless it only touches */
     CCGEN_CHANGES,  /* a held contact opens, or begins or ends to slide */
-    CCGEN_JAMS      /* friction jams: an impact without collision */
+    CCGEN_JAMS,     /* friction jams: an impact without collision */
+    CCGEN_CROSSES   /* an event of the scene comes; `contact` tells of one that has an event at that instant too */
 };
 
 struct ccgen_event {
@@ -71,6 +76,7 @@ struct ccgen_event {
     double t;       /* s */
     int contact;    /* its number, or -1 */
     size_t impacts; /* how many followed at once */
+    int indicator;  /* the number of the scene's event, or -1 */
 };
 
 struct ccgen_simulation;
@@ -117,6 +123,18 @@ CCGEN_PUBLIC int ccgen_set_state(struct ccgen_simulation *simulation, const void
  * *width numbers, q and u first and what effects hold last. They stay where they are until the simulation goes on. */
 CCGEN_PUBLIC size_t ccgen_rows(const struct ccgen_simulation *simulation, const double **t, const double **rows,
                                size_t *width);
+
+/* Where an event indicator of the scene comes to zero: its number, and whether it rises, 1, or falls, -1 */
+struct ccgen_crossing {
+    double t; /* s */
+    int indicator, direction;
+};
+
+/* Those up to the last row, in the order of time, as far as `directions` of the model ask for them: *count, and states[count][2 nq] there,
+ * q first. They stay where they are until the next call, and are forgotten by ccgen_reset and ccgen_set_state. An indicator that is at or beyond zero where a
+ * motion begins has to go below first. Only with `events` of the settings. */
+CCGEN_PUBLIC int ccgen_crossings(struct ccgen_simulation *simulation, size_t *count,
+                                 const struct ccgen_crossing **crossings, const double **states);
 
 /* Forget what is recorded but the present row: for motions that go on for long. */
 CCGEN_PUBLIC int ccgen_forget(struct ccgen_simulation *simulation);

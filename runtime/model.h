@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 16
+#define CCGEN_CONTRACT_VERSION 17
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -96,6 +96,11 @@ typedef void ccgen_power(const double *k, const double *q, const double *u, doub
 typedef void ccgen_switching(const double *k, const double *q, const double *u, double t, const double *inputs,
                              double *value);
 
+/* value[indicators] of the expressions whose zeros are events of the scene, rate[indicators] per second, and size[indicators]: rounding of a
+ * value is a small multiple of the precision times that. From scales[2], a length of the mechanism (m) and a time (s). */
+typedef void ccgen_indicators(const double *k, const double *q, const double *u, double t, const double *scales,
+                              double *value, double *rate, double *size);
+
 /* relative[drives] (rad/s^2 or m/s^2): prescribed accelerations of the driven joints */
 typedef void ccgen_prescribed(const double *k, double t, const double *inputs, double *relative);
 
@@ -159,8 +164,11 @@ struct ccgen_model {
                    * positive, and holds until that does so again */
     int told;           /* numbers that runs tell of effects by name */
     int lines;          /* that loads have the direction of: steps become short where the ends of one meet */
+    int indicators;     /* expressions whose zeros are events of the scene */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *sides;   /* [joints]: 1 where the outboard link is the joint's second, -1 where it is its first */
+    const int *directions; /* [indicators]: 1 where rises through zero are events, -1 where falls are, 0 where both are */
+    const int *rated;   /* [indicators]: whether `rate` is known; this, the last and the function NULL without indicators */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
     ccgen_acceleration *acceleration;
@@ -199,6 +207,7 @@ struct ccgen_model {
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
     ccgen_switching *outputs;  /* value[told], from all inputs; NULL without any */
+    ccgen_indicators *indicate;
     ccgen_of_q *reaches;       /* [lines][2], m: from the first end of each line to its second; NULL without any */
     const struct ccgen_derivatives *derivatives; /* in derivatives.c; NULL where they were not asked for */
 };

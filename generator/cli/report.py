@@ -197,6 +197,10 @@ def _interval(start: float, end: float) -> str:
     return f"from {first} s to {last} s" if first != last else f"at {first} s for {end - start:.1g} s"
 
 
+PARTS = np.linspace(0.0, 1.0, 18)[1:-1]
+"""Of the time between two rows, at which energies are looked at."""
+
+
 def energy_moved(run: Run) -> float:
     """The most energy (J) that the mechanism had above the lowest potential it came to: what drifts are part of.
 
@@ -219,12 +223,19 @@ def energy_scale(run: Run) -> float:
 
 
 def _energies(run: Run) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Kinetic and potential energies (J) at the rows of every span between events that set something."""
+    """Kinetic and potential energies (J) of every span between events that set something: at its rows, and at instants
+    between those about the row with the most energy and about that with the least potential one."""
     in_force = run.in_force
     ends = [*in_force.rows[1:].tolist(), len(run.t)]
     for number, first, end in zip(in_force.which.tolist(), in_force.rows.tolist(), ends, strict=True):
         model = cast("Model", in_force.models[number])
         kinetic, potential = model.energy(run.q[first:end], run.u[first:end])
+        highest, lowest = first + int(np.argmax(kinetic + potential)), first + int(np.argmin(potential))
+        rows = {row for most in (highest, lowest) for row in (most - 1, most) if first <= row < end - 1}
+        between = [run.t[row] + (run.t[row + 1] - run.t[row]) * PARTS for row in sorted(rows)]
+        if between:
+            more, farther = model.energy(*run.at(np.concatenate(between)))
+            kinetic, potential = np.append(kinetic, more), np.append(potential, farther)
         yield kinetic, potential
 
 

@@ -26,6 +26,7 @@ from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
 from .gaps import JointGap
 from .gibbs import Recursion
+from .indicators import LENGTH, PACE, Indicates
 from .inverse import Inverse
 from .kinematics import Kinematics
 from .motion import TIME, Couple, Force, Motion, sum_per_link
@@ -36,17 +37,32 @@ MARK = "_v"
 """Behind the names of that plan's quantities that the first has named otherwise."""
 
 
-def derive(mechanism: Mechanism, topology: Topology, plan: Plan, effects: Sequence[Terms] = ()) -> Equations:
-    """All equations of a mechanism under the given effects, the unknowns eliminated in the order of ``plan``.
+def derive(
+    mechanism: Mechanism,
+    topology: Topology,
+    plan: Plan,
+    effects: Sequence[Terms] = (),
+    indicators: Sequence[Indicates] = (),
+) -> Equations:
+    """All equations of a mechanism under the given effects, the unknowns eliminated in the order of ``plan``, and
+    the event ``indicators`` of its scene.
 
     The order of the assignments is that of the derivation.
     """
-    return _Derivation(mechanism, topology, plan, tuple(effects)).equations()
+    return _Derivation(mechanism, topology, plan, tuple(effects), tuple(indicators)).equations()
 
 
 class _Derivation:
-    def __init__(self, mechanism: Mechanism, topology: Topology, plan: Plan, effects: tuple[Terms, ...]) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        topology: Topology,
+        plan: Plan,
+        effects: tuple[Terms, ...],
+        indicators: tuple[Indicates, ...],
+    ) -> None:
         self.mechanism, self.topology, self.plan, self.effects = mechanism, topology, plan, effects
+        self.indicators = indicators
         self.ledger = Ledger()
         self.state = State.of(mechanism, topology)
         self.kinematics = Kinematics(mechanism, topology, self.state, self.ledger)
@@ -75,6 +91,7 @@ class _Derivation:
             *self._switching(),
             *self._told(),
             *self._reaches(),
+            *self._indicated(),
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
@@ -83,7 +100,14 @@ class _Derivation:
             for gap in self.contacts
         )
         return Equations(
-            tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules, outputs=tuple(self.outputs)
+            tuple(parameters),
+            self.state,
+            blocks,
+            tuple(kernels),
+            names,
+            modules=modules,
+            outputs=tuple(self.outputs),
+            rated=self.rated,
         )
 
     def _state_of(self, module: tuple[int, ...]) -> tuple[sp.Symbol, ...]:
@@ -167,6 +191,28 @@ class _Derivation:
         entries = tuple(entry for reach in reaches for entry in reach)
         output = Output("reach", entries, "per line: from its first end to its second, m")
         return [Kernel("reaches", (self.q,), (output,), "lines that loads have the direction of")]
+
+    def _indicated(self) -> list[Kernel]:
+        """The event indicators of the scene, if it has any."""
+        found = [one.indication(self.motion, f"when_{number}") for number, one in enumerate(self.indicators)]
+        self.ledger.close("event indicators")
+        self.rated = tuple(int(one.rate is not None) for one in found)
+        if not found:
+            return []
+        time, scales = (
+            Argument("t", (TIME,), "time, s"),
+            Argument("scales", (LENGTH, PACE), "of lengths, m, and times, s"),
+        )
+        outputs = (
+            Output("value", tuple(one.value for one in found), "event indicators"),
+            Output(
+                "rate",
+                tuple(sp.S.Zero if one.rate is None else one.rate for one in found),
+                "their rates per second, 0 of those that have accelerations in theirs",
+            ),
+            Output("size", tuple(one.size for one in found), "what rounding of the values is a multiple of"),
+        )
+        return [Kernel("indicators", (self.q, self.u, time, scales), outputs, "event indicators")]
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

@@ -104,7 +104,7 @@ class Equations:
     """All equations of a model. Checks that each name is defined once and before use, and each output is defined.
 
     ``folded`` are parameters whose values stand in the equations as numbers; ``modules`` are the coordinates and rates
-    of sets of links that may be equal modules.
+    of sets of links that may be equal modules. ``rated`` tells of each event indicator whether it has a rate, 1 or 0.
     """
 
     parameters: tuple[Parameter, ...]
@@ -115,6 +115,7 @@ class Equations:
     folded: tuple[Parameter, ...] = ()
     modules: tuple[tuple[sp.Symbol, ...], ...] = ()
     outputs: tuple[OutputName, ...] = ()
+    rated: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}

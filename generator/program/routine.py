@@ -26,6 +26,7 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "latching": ("k", "q", "u", "t", "inputs"),
     "outputs": ("k", "q", "u", "t", "inputs"),
     "impulse_reactions": ("k", "q", "u", "lambda"),
+    "indicators": ("k", "q", "u", "t", "scales"),
 }
 """Kernels whose contract has more arguments than the kernel reads; those for dead centres take the same."""
 

@@ -223,7 +223,8 @@ def _switched(
         for path, message in own.found:
             report.add(path, f"without {', '.join(off)}: {message}")
         if not own.found:
-            found.append(Switched(off, _scene(f"{scene.name}-off-{'-'.join(off)}", parts, own)))
+            one = _scene(f"{scene.name}-off-{'-'.join(off)}", parts, own)
+            found.append(Switched(off, replace(one, watched=scene.events)))
     return tuple(found)
 
 

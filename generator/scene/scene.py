@@ -163,7 +163,8 @@ class Scene:
     be meant otherwise, one sentence each; they change nothing.
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
     the start. ``events`` are instants of a run that are asked for, ``off`` the effects
-    that they switch and that are off at the start, ``switched`` what the mechanism is while some are.
+    that they switch and that are off at the start, ``switched`` what the mechanism is while some are. Each of these
+    looks for the events of the whole, which are its ``watched``.
     ``keys_of_effects`` are the keys of the effects' tables, ``worked_out`` the links whose inertia follows from what
     they are made of.
     """
@@ -180,6 +181,7 @@ class Scene:
     events: tuple[Event, ...] = ()
     off: tuple[str, ...] = ()
     switched: tuple[Switched, ...] = ()
+    watched: tuple[Event, ...] = ()
     keys_of_effects: tuple[str, ...] = field(default=(), compare=False)
     worked_out: tuple[str, ...] = field(default=(), compare=False)
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
@@ -235,6 +237,14 @@ class Scene:
         """Joints whose motion an effect prescribes."""
         return tuple(joint for effect in self.effects for joint in effect.driven())
 
+    @property
+    def indicators(self) -> tuple[tuple[str, int], ...]:
+        """What a compiled model has of its events: expressions, each with 1 where its rises are events, -1 where its
+        falls are, 0 where both are. Nothing where joints let go: events are looked for across structures there."""
+        signs = {"rising": 1, "falling": -1, "either": 0}
+        every = () if self.changes else self.events or self.watched
+        return tuple((one.when, signs[one.direction]) for one in every)
+
     def canonical(self) -> str:
         """Text that is the same for scenes that generate the same model, and only for those.
 
@@ -251,6 +261,8 @@ class Scene:
             parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
         if self.events:
             parts["events"] = self.events
+        if self.watched:
+            parts["watched"] = self.watched
         if self.switched:
             parts |= {"off": self.off, "switched": tuple((one.off, one.scene.canonical()) for one in self.switched)}
         if self.mechanism.outlines:

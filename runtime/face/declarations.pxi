@@ -32,7 +32,7 @@ cdef extern from *:
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, told, lanes
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, told, indicators, lanes
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
@@ -53,6 +53,8 @@ cdef extern from *:
         void (*restitution)(const real *k, real *e) noexcept nogil
         void (*friction)(const real *k, real *mu) noexcept nogil
         of_state slips, slip_bias, contact_reactions
+        void (*indicate)(const real *k, const real *q, const real *u, real t, const real *scales, real *value, real *rate,
+                         real *size) noexcept nogil
         const ccgen_derivatives *derivatives
 
 cdef extern from *:
@@ -258,6 +260,7 @@ cdef extern from *:
         int (*look)(void *context, size_t *wanted) noexcept nogil
         void *look_context
         size_t wanted
+        int watched
         record record
         impacts impacts
         mode_history modes
@@ -300,6 +303,7 @@ cdef extern from *:
         long step_budget, rate_budget
         const real *stops
         size_t stop_count
+        int events
         int (*inputs)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
         int (*tick)(void *context, real t) noexcept nogil
@@ -307,6 +311,14 @@ cdef extern from *:
     struct ccgen_simulation:
         system system
         run run
+    struct ccgen_crossing:
+        real t
+        int indicator, direction
+    int ccgen_crossings(ccgen_simulation *made, size_t *count, const ccgen_crossing **crossings, const real **states) nogil
+    void begin_watch(ccgen_simulation *made, const unsigned char *armed, const long *left) nogil
+    const unsigned char *armed_now(const ccgen_simulation *made) nogil
+    enum:
+        CCGEN_TELL, CCGEN_HALT
     int ccgen_create(const ccgen_model *model, const ccgen_settings *settings, ccgen_simulation **made) nogil
     void ccgen_get_motion(const ccgen_simulation *made, real *t, real *q, real *u) nogil
     int reset_holding(ccgen_simulation *made, real t, const real *q, const real *u, const real *latched) nogil

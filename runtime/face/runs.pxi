@@ -90,19 +90,34 @@ cdef class Kernels(Differentiating):
         start_asking(&two.asked, when[0])
         return two.found(state_between(&two.w, &two.l, when[0]), self.m.nu)
 
+    def indicators(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u):
+        """Event indicators at times t (b,) and states q and u (b, nu): values, rates and sizes, (b, indicators) each."""
+        cdef Py_ssize_t i
+        cdef real[::1] scales = np.array([self.length, self.time or self.duration], dtype=REAL)
+        found = [empty((t.shape[0], self.m.indicators)) for _ in range(3)]
+        cdef real[:, ::1] value = found[0], rate = found[1], size = found[2]
+        for i in range(t.shape[0] if self.m.indicators else 0):
+            self.m.indicate(&self.k[0], &q[i, 0], &u[i, 0], t[i], &scales[0], &value[i, 0], &rate[i, 0], &size[i, 0])
+        return tuple(found)
+
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, look=None):
+                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, look=None, armed=None, halts=None):
         """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing.
         ``look`` is called between steps with what is recorded so far, first at the start: it gives how many rows it wants to see next, or None,
-        which ends the run there as an interruption."""
+        which ends the run there as an interruption. ``armed`` (indicators, 2), where events of the scene are looked for: whether each was below
+        zero before, and whether it was above. The run ends where ``halts`` (indicators,) more events of one have come, -1: at none."""
         cdef size_t n = self.m.nu, stop_count = len(stops)
         cdef real[::1] ends, kept_values
         cdef const real *from_q = NULL
         cdef const real *from_u = NULL
         cdef const real *holding = NULL
         cdef const char *left = NULL
+        cdef const unsigned char *before = NULL
+        cdef unsigned char[::1] were
+        cdef const long *most = NULL
+        cdef long[::1] more
         cdef int outcome
         cdef bytes method = name.encode()
         if state is None and (<size_t>q.shape[0] != n or <size_t>u.shape[0] != n):
@@ -121,6 +136,12 @@ cdef class Kernels(Differentiating):
             ends = np.array([*stops], dtype=REAL)
             asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
+        if armed is not None:
+            were = np.array(armed, dtype=np.uint8).reshape(2 * self.m.indicators)
+            asked.events, before = CCGEN_TELL, &were[0]
+        if halts is not None:
+            more = np.array(halts, dtype=np.dtype("l"))
+            asked.events, most = CCGEN_HALT, &more[0]
         cdef _Onlooker onlooker = _Onlooker(look)
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)
@@ -142,6 +163,8 @@ cdef class Kernels(Differentiating):
                 it.run.look, it.run.look_context, it.run.wanted = _look, <void *>onlooker, 1
             with nogil:
                 outcome = ccgen_set_state(it, left) if left is not NULL else reset_holding(it, begin, from_q, from_u, holding)
+                if before is not NULL:
+                    begin_watch(it, before, most)
                 if outcome == 0:
                     outcome = run_simulation(it, until)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
@@ -161,6 +184,7 @@ cdef class Kernels(Differentiating):
         cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count, size = it.system.size
         cdef size_t width = size + self.m.latches
         cdef real end
+        cdef dict came = self._crossings(it) if it.run.watched else {}
         cdef bytes state = PyBytes_FromStringAndSize(NULL, ccgen_state_size(it))
         ccgen_get_state(it, <char *>state)
         ccgen_get_motion(it, &end, NULL, NULL)
@@ -194,7 +218,26 @@ cdef class Kernels(Differentiating):
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
             steps=r.steps, rejected=r.rejected, choices=r.choices, chosen_at=r.chosen_at if r.choices else None, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
-            scales=(it.system.time, it.system.energy), state=state,
+            scales=(it.system.time, it.system.energy), state=state, **came,
+        )
+
+    cdef dict _crossings(self, ccgen_simulation *it):
+        """The events of the scene up to the last row, in the order of time."""
+        cdef const ccgen_crossing *crossing = NULL
+        cdef const real *states = NULL
+        cdef size_t count = 0, j, n = self.m.nu
+        cdef int outcome
+        with nogil:
+            outcome = ccgen_crossings(it, &count, &crossing, &states)
+        if outcome == OUTCOME_INTERRUPTED:
+            raise KeyboardInterrupt
+        if outcome:
+            raise ValueError(f"no state between the rows at and before t = {it.run.record.t[it.run.record.count - 1]} ({OUTCOMES[outcome].replace('_', ' ')})")
+        cdef const unsigned char *armed = armed_now(it)
+        return dict(
+            armed=[(bool(armed[2 * j]), bool(armed[2 * j + 1])) for j in range(self.m.indicators)],
+            crossings=[(crossing[j].t, crossing[j].indicator, crossing[j].direction) for j in range(count)],
+            crossed=_columns(states, count, 2 * n, 2 * n) if count else empty((0, 2 * n)),
         )
 
 cdef class _Onlooker:

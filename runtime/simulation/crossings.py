@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,8 @@ from ..arrays import FloatArray
 from ..run import Run
 from .growing import blocks
 from .quantities import Of, Quantity
+from .watch import ZERO, State
 from .watching import LOOKS, passage
-
-ZERO = 64.0
-"""What is nearer to zero than this many roundings of an expression is zero."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +28,11 @@ class Signal:
 
 @dataclass(frozen=True)
 class Crossing:
-    """A ``signal``, by its number, comes to zero at ``t`` (s)."""
+    """A ``signal``, by its number, comes to zero at ``t`` (s), in a ``state`` where that is known."""
 
     t: float
     signal: int
+    state: State | None = None
 
 
 def signals_of(events: list[Mapping[str, Any]]) -> tuple[Signal, ...]:
@@ -84,6 +83,7 @@ class Watched:
     times: tuple[float, ...]
     looks: FloatArray
     below: Any
+    states: Mapping[float, State] = field(default_factory=dict)
 
     @classmethod
     def joined(cls, parts: Sequence[Watched]) -> Watched:

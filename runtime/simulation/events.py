@@ -29,13 +29,15 @@ from .pieces import Piece, SwitchedRun, number_at
 from .quantities import Quantity
 from .stretches import cut, strung
 from .switching import STRETCHES, simulate_switching
-from .watching import TOGETHER, certain
+from .watch import TOGETHER, Located, Watch
+from .watching import certain
 
 MOST_CHANGES = 10_000
 """Events of a run that set something; more are taken for a parameter that is set to and fro without end."""
 SAME = 1e-9
-"""An event that has cut a run, and comes again within this part of the time, or of the duration, is the same: the run
-up to there is made again, and ends nearer or farther from zero than its first making by the error of its steps."""
+"""An event that has cut a run through structures, and comes again within this part of the time, or of the duration, is
+the same: the run up to there is made again, and ends nearer or farther from zero than its first making by the error of
+its steps."""
 STOP = "stop"
 """What a function of an event answers for the run to end there."""
 
@@ -157,8 +159,12 @@ def _interrupted(course: Course, safe: Safe) -> Run:
     """The run as far as it has been looked at."""
     course.counts = dict(safe.counts)
     events = [*safe.events, *(_event(course, crossing, safe.pieces[-1].run) for crossing in safe.crossings)]
-    nfev = course.nfev + safe.pieces[-1].run.nfev
-    return strung(course.main, safe.pieces, events, nfev, None, safe.changed)
+    counted = any(piece.run is safe.pieces[-1].run for piece in course.pieces)
+    nfev = course.nfev + (0 if counted else safe.pieces[-1].run.nfev)
+    run = strung(course.main, safe.pieces, events, nfev, None, safe.changed)
+    if run.success:  # of a stretch that was whole
+        return replace(run, success=False, message=f"stopped at t = {run.t[-1]:.12g} s: interrupted")
+    return run
 
 
 def _set_before(model: Model, state: HybridState, params: Mapping[str, float] | None) -> dict[str, float]:
@@ -193,9 +199,9 @@ def _known(names: Sequence[str]) -> str:
 
 def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
     """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
-    interrupting = _interrupting(course)
+    interrupting, switching = _interrupting(course), course.main.data.get("switching") is not None
     while True:
-        until = _border(course, end) if interrupting else end
+        until = _border(course, end) if interrupting and switching else end
         try:
             run, found = _looked_at(course, until, options)
         except ValueError as error:
@@ -206,17 +212,20 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
         for crossing in now:
             course.events.append(_event(course, crossing, run))
         if not later:
-            _keep(course, run, found, float(np.nextafter(run.t[-1], np.inf)), {one.signal for one in now})
             if not run.success or run.t[-1] >= end:
+                course.pieces.append(_piece(course, run))
                 return None
+            _keep(course, run, found, float(np.nextafter(run.t[-1], np.inf)), {one.signal for one in now})
+            course.safe = Safe((*course.pieces,), (*course.events,), (), dict(course.counts), course.changed)
             continue
         t = later[0].t
-        if t < run.t[-1]:
+        if switching and t < run.t[-1]:
             struck = t == run.t[0] or any(impact.t == t for impact in run.impacts)
             run = cut(run, t) if struck else _stretch(course, t, options)
         came = {one.signal for one in later} | {one.signal for one in now if _together(course, one.t, t)}
         _keep(course, run, found, t, came)
-        course.cut_at |= dict.fromkeys(came, t)
+        if switching:
+            course.cut_at |= dict.fromkeys(came, t)
         message = _happen(course, later, run)
         if message is not None:
             return _close(course, options) or message
@@ -233,6 +242,16 @@ def _interrupting(course: Course) -> bool:
     return any(course.interrupts(k) for k in range(len(course.signals))) or any(one["stop"] for one in course.said)
 
 
+def _halts(course: Course) -> list[int] | None:
+    """After how many more of each event the run is another, or ends: -1 where it does not; ``None`` of all of them."""
+    found = []
+    for one in course.said:
+        changes = one["set"] or one["on"] or one["off"] or one["name"] in course.on_event
+        left = one["stop"] - course.counts.get(one["name"], 0) if one["stop"] else -1
+        found.append(1 if changes else max(left, 1) if one["stop"] else -1)
+    return found if max(found) > 0 else None
+
+
 def _border(course: Course, end: float) -> float:
     """How far the run goes before it is looked at."""
     stretch = course.model.duration / STRETCHES
@@ -240,9 +259,13 @@ def _border(course: Course, end: float) -> float:
     return min(end, border if border > course.t else border + stretch)
 
 
-def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tuple[Run, tuple[Watched, ...]]:
+def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tuple[Run, tuple[Watched | Located, ...]]:
     """A run from where the course is to ``until``, or as far as it is sure what changes it first, and what
     comes along it."""
+    if course.main.data.get("switching") is None:
+        watch = Watch([(one.event, one.sign) for one in course.signals], course.armed, _halts(course))
+        run = _stretch(course, until, options, None, watch)
+        return run, watch.along(run)
     before: Seen | None = None
     changes = _interrupting(course)
 
@@ -268,7 +291,13 @@ def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tupl
     return run, seen(before, run, course.signals, course.armed).found
 
 
-def _stretch(course: Course, until: float, options: Mapping[str, Any], look: Look = at_the_start) -> Run:
+def _stretch(
+    course: Course,
+    until: float,
+    options: Mapping[str, Any],
+    look: Look | None = at_the_start,
+    watch: Watch | None = None,
+) -> Run:
     """A run from where the course is. Raises ``ValueError`` where what has been set has opened the loops."""
     if course.begun and course.memory is None:
         _check_closed(course)
@@ -278,13 +307,15 @@ def _stretch(course: Course, until: float, options: Mapping[str, Any], look: Loo
     if course.begun and course.memory is None:
         begin = {"begin": course.t, "latched": course.latched}
         given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
+    if watch is not None:
+        given["watch"] = watch
     start = (None, None) if course.memory is not None and course.begun else (course.q, course.u)
     run = make(course.model, *start, way=course.way, **given)
     course.nfev += run.nfev
     return run
 
 
-def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Crossing], list[Crossing]]:
+def _groups(course: Course, found: Sequence[Watched | Located], run: Run) -> tuple[list[Crossing], list[Crossing]]:
     """Instants along a run in the order of time before the first after which it is another, and those of that one.
 
     What comes together with an impact comes at its instant, to the last digit.
@@ -297,7 +328,9 @@ def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Cr
             if t - since <= SAME * max(abs(t), course.model.duration):
                 continue
             near = struck[np.abs(struck - t) <= TOGETHER * max(abs(t), course.model.duration)]
-            every.append(Crossing(float(near[np.argmin(np.abs(near - t))]) if near.size else t, number))
+            near = near if isinstance(of_signal, Watched) else near[:0]  # the core has done so
+            at = float(near[np.argmin(np.abs(near - t))]) if near.size else t
+            every.append(Crossing(at, number, of_signal.states.get(at)))
     every.sort(key=lambda one: (one.t, one.signal))
     counted = dict(course.counts)
     for index, one in enumerate(every):
@@ -312,7 +345,7 @@ def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Cr
             while last < len(every) and _together(course, every[last].t, one.t):
                 last += 1
             same = sorted(every[first:last], key=lambda other: other.signal)
-            return every[:first], [replace(other, t=one.t) for other in same]
+            return every[:first], [replace(other, t=one.t, state=one.state) for other in same]
     return every, []
 
 
@@ -320,7 +353,7 @@ def _together(course: Course, one: float, other: float) -> bool:
     return abs(one - other) <= TOGETHER * max(abs(other), course.model.duration)
 
 
-def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: set[int]) -> None:
+def _keep(course: Course, run: Run, found: Sequence[Watched | Located], t: float, came: set[int]) -> None:
     """Take a run for the next stretch, up to ``t`` (s); the signals that ``came`` there have to go below zero again."""
     course.pieces.append(_piece(course, run))
     course.given = 0.0
@@ -348,7 +381,7 @@ def _event(course: Course, crossing: Crossing, run: Run) -> Event:
     signal = course.signals[crossing.signal]
     name = course.said[signal.event]["name"]
     course.counts[name] = course.counts.get(name, 0) + 1
-    q, u = run.at(crossing.t)
+    q, u = run.at(crossing.t) if crossing.state is None else crossing.state
     return Event(crossing.t, name, "rising" if signal.sign > 0 else "falling", course.counts[name], q, u)
 
 

@@ -21,6 +21,7 @@ from .going_on import check_end, check_left, check_state
 from .growing import NEVER, Look
 from .interruption import checking
 from .result import run_of
+from .watch import Watch
 
 if TYPE_CHECKING:
     from .._core import Supply
@@ -96,12 +97,14 @@ def simulate_one(
     latched: FloatArray | None = None,
     way: Way | None = None,
     look: Look | None = None,
+    watch: Watch | None = None,
 ) -> Run:
     """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
 
     ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``way`` is that
     of the drives up to here, where this is a stretch of a run that began before. ``look`` is shown the run while it
-    grows, as one that is interrupted there; who has it keeps what it has seen, and Ctrl-C is raised.
+    grows, as one that is interrupted there; who has it keeps what it has seen, and Ctrl-C is raised. ``watch`` is told
+    of the events of the scene before that.
     """
     faults = Faults()
     with faults.collecting():
@@ -134,6 +137,8 @@ def simulate_one(
         check_end(state, asked.until)
 
     def made(found: dict[str, Any]) -> Run:
+        if watch is not None:
+            watch.take(found)
         return _run_of(model, options, inputs, way, found)
 
     begins = state
@@ -164,6 +169,8 @@ def simulate_one(
         begin,
         latched,
         shown if look is not None or state is not None else None,
+        None if watch is None else watch.armed_before,
+        None if watch is None else watch.halts,
     )
     if found["outcome"] == "interrupted" and (look is not None or not keep_interrupted):
         raise KeyboardInterrupt

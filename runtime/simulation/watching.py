@@ -13,12 +13,11 @@ from ..model.joint_gap import Ends
 from ..model.whole import Whole
 from ..run import Run
 from .growing import blocks
+from .watch import TOGETHER
 
 LOOKS = 8
 """Instants of each step at which what is watched is looked at: a passage and back within an eighth of a step is seen by
 rates, where there are some."""
-TOGETHER = 1e-12
-"""Changes that come nearer to each other than this part of the time, or of the duration, are of one instant."""
 HELD = 1e-6
 """A joint takes hold where its points are nearer than this, times the mechanism's length, unless its scene tells."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -128,7 +129,7 @@ def test_a_drift_where_nothing_moves_is_part_of_the_scale_of_energy(
     assert capsys.readouterr().err == ""
 
     def drifting(energy_drift: float) -> Any:
-        return SimpleNamespace(model=model, t=run.t, q=run.q, u=run.u, energy_drift=energy_drift, in_force=run.in_force)
+        return dataclasses.replace(run, energy_drift=energy_drift)
 
     assert drift_of_energy(drifting(0.9e-4 * scale)) == ""
     assert drift_of_energy(drifting(1.1e-4 * scale)) == f"{1.1e-4 * scale:.2g} J although nothing moves"
@@ -140,12 +141,8 @@ def test_a_drift_is_part_of_what_moves_however_little_that_is(workshop: Workshop
     run = simulate(model, [-np.pi / 2 + 2e-5], [0.0], until=2.0)
     moved = energy_moved(run)
     assert 0.9 < moved / (0.25 * 9.81 * 4e-10) < 1.0 + 1e-6
-    found: Any = SimpleNamespace(
-        model=model, t=run.t, q=run.q, u=run.u, energy_drift=0.5 * moved, in_force=run.in_force
-    )
-    assert drift_of_energy(found) == "50 % of the energy that moves"
-    found.energy_drift = 0.9e-4 * moved
-    assert drift_of_energy(found) == ""
+    drifts = [dataclasses.replace(run, energy_drift=part * moved) for part in (0.5, 0.9e-4)]
+    assert [drift_of_energy(one) for one in drifts] == ["50 % of the energy that moves", ""]
 
 
 def test_a_mechanism_at_rest_without_loads_is_at_rest(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:

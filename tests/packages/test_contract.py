@@ -41,7 +41,9 @@ def test_a_model_with_everything_gives_every_member(tmp_path: Path) -> None:
     file = tmp_path / "everything.toml"
     file.write_text(SCENE_WITH_EVERYTHING)
     source, _ = Written(load_scene(file), tmp_path).source(
-        "everything", {"partner": [0], "driven": [0, -1], "latched_at": [0], "sides": [1]}, derivatives=True
+        "everything",
+        {"partner": [0], "driven": [0, -1], "latched_at": [0], "sides": [1], "directions": [0], "rated": [1]},
+        derivatives=True,
     )
     descriptor = source.partition("const struct ccgen_model ")[2]
     assert sorted(re.findall(r"^    \.(\w+) = ", descriptor, re.M)) == sorted(members(headers(), "ccgen_model"))
@@ -67,6 +69,9 @@ friction = 0.3
 [[damper]]
 between = ["ground.O", "link_1.B"]
 damping = 0.1
+
+[[event]]
+when = "angle(joint_1)"
 
 [[compliant_ground]]
 point = [0, -4]

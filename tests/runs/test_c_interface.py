@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,6 +204,96 @@ def test_what_is_recorded_is_what_was_reached(library: Library, workshop: Worksh
         assert np.all(np.diff(t) >= 0.0) and np.count_nonzero(np.diff(t) == 0.0) >= impacts > 0
     assert simulation.forget() == "done"
     assert simulation.rows()[0].tolist() == [reached[0]]
+
+
+def test_events_of_the_scene_are_told_as_in_python(library: Library, workshop: Workshop) -> None:
+    """At the end, or at every impact, also where what was recorded is forgotten there; the motion is the same."""
+    text = SCENE.read_text() + '[[event]]\nname = "low"\nwhen = "y(joint_3) - 1"\n'
+    text += '[[event]]\nname = "still"\nwhen = "rate(y(joint_3))"\ndirection = "rising"\n'
+    model = workshop.model(text)
+    run = simulate(model, until=1.5)
+    expected = [(one.t, ("low", "still").index(one.name), 1 if one.direction == "rising" else -1) for one in run.events]
+    assert {indicator for _, indicator, _ in expected} == {0, 1}
+    for forgets in (False, True):
+        outcome, made = library.create(model, events=1)
+        assert outcome == "done" and made.reset(*model.start()) == "done"
+        while made.motion()[0] < 1.5:
+            assert made.step_to_event(1.5)[0] == "done"
+            assert made.crossings()[0] == "done"
+            if forgets:
+                assert made.forget() == "done"
+        outcome, found, states = made.crossings()
+        assert outcome == "done" and [one[1:] for one in found] == [one[1:] for one in expected]
+        assert [t for t, *_ in found] == pytest.approx([t for t, *_ in expected], abs=1e-11)
+        for y, one in zip(states, run.events, strict=True):
+            assert y == pytest.approx(np.concatenate([one.q, one.u]), abs=1e-10)
+        assert made.reset(*model.start()) == "done" and made.crossings()[1] == []
+    outcome, made = library.create(model)
+    assert outcome == "done" and made.reset(*model.start()) == "done"
+    assert made.crossings()[0] == "bad_settings"
+
+
+def test_motion_halts_at_events_of_the_scene(library: Library, workshop: Workshop) -> None:
+    """In turn with those of contacts; at each the indicator is zero, and motion goes on from there to the same end."""
+    text = SCENE.read_text() + '[[event]]\nname = "low"\nwhen = "y(joint_3) - 1"\n'
+    text += '[[event]]\nname = "still"\nwhen = "rate(y(joint_3))"\ndirection = "rising"\n'
+    model = workshop.model(text)
+    tells, halts = (library.create(model, events=events)[1] for events in (1, 2))
+    met: dict[Any, list[Any]] = {tells: [], halts: []}
+    for one in (tells, halts):
+        assert one.reset(*model.start()) == "done"
+        while one.motion()[0] < 1.5:
+            outcome, event = one.step_to_event(1.5)
+            assert outcome == "done" and event.t == one.motion()[0]
+            met[one].append((event.t, event.kind, event.contact, event.indicator))
+    crosses = [(t, indicator) for t, kind, _, indicator in met[halts] if kind == 4]
+    expected = [(t, indicator) for t, indicator, _ in tells.crossings()[1]]
+    assert [one[1] for one in crosses] == [one[1] for one in expected]
+    assert [one[0] for one in crosses] == pytest.approx([one[0] for one in expected], abs=1e-10)
+    struck = [[(one[0], one[2]) for one in every if one[2] >= 0] for every in (met[halts], met[tells])]
+    assert len(struck[0]) > 4 and [one[1] for one in struck[0]] == [one[1] for one in struck[1]]
+    assert [one[0] for one in struck[0]] == pytest.approx([one[0] for one in struck[1]], abs=1e-9)
+    assert halts.motion()[1] == pytest.approx(tells.motion()[1], abs=1e-8)
+    t, rows = halts.rows()
+    n = len(model.q_names)
+    for when, indicator in crosses:
+        row = rows[np.flatnonzero(t == when)[-1]]
+        value, _, size = model.kernels.indicators(np.array([when]), row[None, :n].copy(), row[None, n : 2 * n].copy())
+        assert abs(value[0, indicator]) <= 1e-9 * size[0, indicator] or when in [one[0] for one in struck[0]]
+
+
+def test_an_interrupted_motion_halts_where_one_that_is_not_does(library: Library, workshop: Workshop) -> None:
+    """Whenever it is interrupted it is not past an event, and goes on to the same; by steps that ask each time."""
+    text = SCENE.read_text() + '[[event]]\nname = "low"\nwhen = "y(joint_3) - 1"\n'
+    text += '[[event]]\nname = "turns"\nwhen = "rate(y(joint_3))"\n'
+    model = workshop.model(text)
+    ask = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+
+    def halts(at: int) -> tuple[list[tuple[float, int]], int]:
+        asked = 0
+
+        def tick(_: object, __: float) -> int:
+            nonlocal asked
+            asked += 1
+            return asked == at
+
+        call = ask(tick)
+        settings = {"events": 2, "method": b"moreau", "fixed_step": 0.005, "tick": ctypes.cast(call, ctypes.c_void_p)}
+        outcome, made = library.create(model, **settings)
+        assert outcome == "done" and made.reset(*model.start()) == "done"
+        found: list[tuple[float, int]] = []
+        while made.motion()[0] < 1.2:
+            outcome, event = made.step_to_event(1.2)
+            if outcome == "interrupted":
+                assert [one for one in made.crossings()[1] if one[0] <= made.motion()[0]][len(found) :] == []
+            elif event.kind == 4:
+                found.append((event.t, event.indicator))
+        return found, asked
+
+    expected, asked = halts(0)
+    assert len(expected) > 1 and asked > 200
+    for at in np.linspace(1, asked, 60).astype(int):
+        assert [one[1] for one in halts(int(at))[0]] == [one[1] for one in expected]
 
 
 def test_without_a_method_it_is_that_of_python(library: Library, workshop: Workshop) -> None:

@@ -33,6 +33,12 @@ class Event(ctypes.Structure):
     _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_event")
 
 
+class Crossing(ctypes.Structure):
+    """``struct ccgen_crossing``."""
+
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_crossing")
+
+
 class Library:
     """The library made of the core in ``runtime``, a folder, compiled into ``file`` with more ``flags``."""
 
@@ -128,6 +134,15 @@ class Simulation:
         count = self.calls.ccgen_rows(self.address, ctypes.byref(t), ctypes.byref(rows), ctypes.byref(width))
         found = np.ctypeslib.as_array(rows, (count, width.value)).copy()
         return np.ctypeslib.as_array(t, (count,)).copy(), found
+
+    def crossings(self) -> tuple[str, list[tuple[float, int, int]], Array]:
+        """The outcome, times, indicators and directions of the events of the scene so far, and the states there."""
+        count, found, states = ctypes.c_size_t(), ctypes.POINTER(Crossing)(), ctypes.POINTER(ctypes.c_double)()
+        code = self.calls.ccgen_crossings(self.address, ctypes.byref(count), ctypes.byref(found), ctypes.byref(states))
+        every = [(one.t, one.indicator, one.direction) for one in found[: count.value]] if count.value else []
+        shape = (count.value, 2 * len(self.model.q_names))
+        there = np.ctypeslib.as_array(states, shape).copy() if count.value else np.empty(shape)
+        return self.library.outcome(code), every, there
 
     def constants(self) -> Array:
         """What the model's functions read."""

@@ -168,6 +168,7 @@ class Written:
             latches=sum(len(effect.latches()) for effect in self.scene.effects),
             told=len(self.equations.outputs),
             lines=self.equations.lines,
+            indicators=len(self.equations.rated),
         )
         banner, root = Banner(name, name, "0", "0"), self.topology.root
         return render_c(banner, routines, sizes, tables, root, self.index, derivatives=derivatives), sizes

@@ -4,6 +4,7 @@
 
 #include "base/within.h"
 #include "interface/between.h"
+#include "interface/calls.h"
 #include "interface/forces.h"
 #include "model/contacts.h"
 #include "model/scales.h"

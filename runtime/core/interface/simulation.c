@@ -35,7 +35,7 @@ static size_t scratch_of(const struct ccgen_model *m)
 {
     const size_t all = m->nu + m->rows + m->drives + 5 * (size_t)m->contacts;
     const size_t most = 2 * all * all > jacobian_scratch(m) ? 2 * all * all : jacobian_scratch(m);
-    return (most + 64 * (all + m->links + m->switches)) * sizeof(double) + 4096;
+    return (most + 64 * (all + m->links + m->switches + m->indicators)) * sizeof(double) + 4096;
 }
 
 void keep_closed(struct system *s, enum drift drift)
@@ -113,7 +113,8 @@ static enum outcome make_run(struct run *run, const struct ccgen_settings *setti
     const double numbers[] = {
         settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
         settings->time, settings->duration};
-    int wrong = !ccgen_drift_name(settings->drift) || !ccgen_gain_name(settings->on_gain) || !(rtol < 1.0);
+    int wrong = settings->events < CCGEN_IGNORE || settings->events > CCGEN_HALT;
+    wrong |= !ccgen_drift_name(settings->drift) || !ccgen_gain_name(settings->on_gain) || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
     for (size_t i = 0; i + 1 < settings->stop_count; i++)
@@ -123,8 +124,8 @@ static enum outcome make_run(struct run *run, const struct ccgen_settings *setti
     return wrong ? OUTCOME_BAD_SETTINGS : run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
 }
 
-static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *m,
-                         const struct ccgen_settings *settings)
+enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_model *m,
+                             const struct ccgen_settings *settings)
 {
     it->phase = (struct phase){.s = &it->system, .run = &it->run};
     if (m->version != CCGEN_CONTRACT_VERSION)
@@ -135,30 +136,16 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     if (outcome)
         return outcome;
     it->run.tolerance.unit = it->system.unit;
-    if (take_phase(&it->phase) || !(it->before = TAKE(&it->arena, char, kept_size(&it->phase))))
-        return OUTCOME_NO_MEMORY;
-    return reserve(&it->arena, scratch_of(m)) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    it->run.tells = settings->events != CCGEN_IGNORE;
+    it->run.watched = it->run.tells && m->indicators;
+    it->run.halts = it->run.watched && settings->events == CCGEN_HALT;
+    const int made = !take_phase(&it->phase) && (it->before = TAKE(&it->arena, char, kept_size(&it->phase)));
+    return made ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
 }
 
-int ccgen_create(const struct ccgen_model *model, const struct ccgen_settings *settings,
-                 struct ccgen_simulation **simulation)
+enum outcome reserve_scratch(struct ccgen_simulation *it)
 {
-    struct ccgen_simulation *it = *simulation = calloc(1, sizeof *it);
-    const enum outcome outcome = it ? fill(it, model, settings) : OUTCOME_NO_MEMORY;
-    if (outcome) {
-        ccgen_destroy(it);
-        *simulation = NULL;
-    }
-    return outcome;
-}
-
-void ccgen_destroy(struct ccgen_simulation *it)
-{
-    if (!it)
-        return;
-    free_run(&it->run);
-    free_arena(&it->arena);
-    free(it);
+    return reserve(&it->arena, scratch_of(it->system.model)) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 /* A window of the budget of steps and events begins. It is part of the state, for what goes on where it is spent depends on it. */
@@ -171,6 +158,7 @@ static void begin_window(struct run *run, double t)
 static void clear_record(struct run *run)
 {
     run->record.count = 0;
+    run->record.told_from = run->record.told_to = NAN;
     run->impacts.count = run->impacts.contact_count = 0;
     run->modes.count = run->modes.contact_count = 0;
     run->stepping.count = 0;
@@ -227,11 +215,6 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     return OUTCOME_DONE;
 }
 
-int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
-{
-    return reset_holding(it, t, q, u, NULL);
-}
-
 enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *q, const double *u,
                            const double *latched)
 {
@@ -252,38 +235,65 @@ enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *
     return outcome;
 }
 
+struct recorded note_record(const struct run *run)
+{
+    const struct stepping *stepping = &run->stepping;
+    struct recorded at = {.rows = run->record.count,
+                          .impacts = run->impacts.count,
+                          .struck = run->impacts.contact_count,
+                          .modes = run->modes.count,
+                          .held = run->modes.contact_count,
+                          .stretches = stepping->count,
+                          .choices = run->choices};
+    if (at.stretches) {
+        const size_t k = at.stretches - 1;
+        at.last = stepping->last[k];
+        at.t1 = stepping->t1[k];
+        at.step = stepping->step[k];
+        at.miss = stepping->miss[k];
+    }
+    return at;
+}
+
+void cut_record(struct run *run, struct recorded at)
+{
+    struct stepping *stepping = &run->stepping;
+    run->record.count = at.rows;
+    run->impacts.count = at.impacts;
+    run->impacts.contact_count = at.struck;
+    run->modes.count = at.modes;
+    run->modes.contact_count = at.held;
+    stepping->count = at.stretches;
+    run->choices = at.choices;
+    if (at.stretches) {
+        const size_t k = at.stretches - 1;
+        stepping->last[k] = at.last;
+        stepping->t1[k] = at.t1;
+        stepping->step[k] = at.step;
+        stepping->miss[k] = at.miss;
+    }
+}
+
 /* One stage of the automaton. One that is interrupted is as if it had not begun; of smooth motion the steps that were taken stay. */
 static enum outcome run_whole_stage(struct ccgen_simulation *it)
 {
-    struct run *run = &it->run;
-    struct record *rows = &run->record;
-    struct impacts *impacts = &run->impacts;
-    struct mode_history *modes = &run->modes;
-    const size_t before[] = {rows->count,  impacts->count,       impacts->contact_count,
-                             modes->count, modes->contact_count, run->stepping.count};
+    const struct recorded before = note_record(&it->run);
     if (has_action(&it->automaton))
         keep_state(&it->automaton, &it->phase, it->before);
     const enum outcome outcome = run_stage(&it->automaton, &it->phase);
     if (outcome == OUTCOME_INTERRUPTED && !it->phase.at.under_way) {
         take_back(&it->automaton, &it->phase, it->before);
-        rows->count = before[0];
-        impacts->count = before[1];
-        impacts->contact_count = before[2];
-        modes->count = before[3];
-        modes->contact_count = before[4];
-        run->stepping.count = before[5];
+        cut_record(&it->run, before);
     }
     return outcome;
 }
 
-/* Go on to `until`, or only past the next event. */
-static enum outcome go_on(struct ccgen_simulation *it, double until, int to_event, int *met, size_t *impacts)
+enum outcome begin_call(struct ccgen_simulation *it, double until, int to_event, struct met *met)
 {
     struct run *run = &it->run;
-    const enum stage *stage = &it->automaton.stage;
-    enum outcome outcome = OUTCOME_DONE;
-    *met = *stage != START && *stage != MOVE && *stage != END && it->automaton.event.contact >= 0;
-    *impacts = run->impacts.count;
+    const enum stage stage = it->automaton.stage;
+    met->contact = stage != START && stage != MOVE && stage != END && it->automaton.event.contact >= 0;
+    met->impacts = run->impacts.count;
     if (!run->record.count)
         return OUTCOME_NOT_BEGUN;
     if (!(until >= it->phase.t))
@@ -296,46 +306,39 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
         !to_event && run->fixed_step == 0.0; /* steps of fixed length keep their pace, and events may be near */
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
-    do {
-        if (*stage == STEP) /* what was met is left behind */
-            *met = 0;
-        if (*stage == MEET) {
-            *impacts = run->impacts.count;
-            *met = 1;
-        }
-        const size_t before = run->impacts.count;
-        outcome = shows_rows(&it->phase) ? OUTCOME_INTERRUPTED : run_whole_stage(it);
-        if (*stage == STRIKE && it->automaton.event.watch == JAMS && !*met) {
-            *impacts = before;
-            *met = 1;
-        }
-    } while (!outcome && *stage != END && !(to_event && *met && *stage == MOVE));
-    it->system.interruption = NULL;
-    if (it->phase.t > run->record.t[run->record.count - 1] && record_state(&it->phase))
-        outcome = OUTCOME_NO_MEMORY;
-    run->outcome = outcome;
-    return outcome;
+    return OUTCOME_DONE;
 }
 
-enum outcome simulate(struct ccgen_simulation *it, double until)
+enum outcome go_on_by_a_stage(struct ccgen_simulation *it, struct met *met)
 {
-    int met;
-    size_t impacts;
-    return go_on(it, until, 0, &met, &impacts);
-}
-
-int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_event *event)
-{
-    size_t impacts;
-    int met;
-    const enum outcome outcome = go_on(it, until, 1, &met, &impacts);
-    const struct event *found = &it->automaton.event;
-    *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - impacts};
-    if (met && !outcome) {
-        event->contact = found->contact;
-        event->kind = found->watch == CLOSES ? CCGEN_CLOSES : found->watch == JAMS ? CCGEN_JAMS : CCGEN_CHANGES;
+    struct run *run = &it->run;
+    const enum stage *stage = &it->automaton.stage;
+    if (*stage == STEP) /* what was met is left behind */
+        met->contact = 0;
+    if (*stage == MEET) {
+        met->impacts = run->impacts.count;
+        met->contact = 1;
+    }
+    const size_t before = run->impacts.count;
+    const enum outcome outcome = shows_rows(&it->phase) ? OUTCOME_INTERRUPTED : run_whole_stage(it);
+    if (*stage == STRIKE && it->automaton.event.watch == JAMS && !met->contact) {
+        met->impacts = before;
+        met->contact = 1;
     }
     return outcome;
+}
+
+enum outcome record_end(struct ccgen_simulation *it, enum outcome outcome)
+{
+    const struct record *record = &it->run.record;
+    const int later = it->phase.t > record->t[record->count - 1];
+    return later && record_state(&it->phase) ? OUTCOME_NO_MEMORY : outcome;
+}
+
+enum outcome end_call(struct ccgen_simulation *it, enum outcome outcome)
+{
+    it->system.interruption = NULL;
+    return it->run.outcome = record_end(it, outcome);
 }
 
 void ccgen_get_motion(const struct ccgen_simulation *it, double *t, double *q, double *u)
@@ -370,8 +373,7 @@ void ccgen_get_state(const struct ccgen_simulation *it, void *bytes)
     seal_state(bytes, state_size(&it->phase));
 }
 
-/* A record of the present row alone, and of how contacts are held */
-static enum outcome begin_record(struct ccgen_simulation *it)
+enum outcome begin_record(struct ccgen_simulation *it)
 {
     struct run *run = &it->run;
     const struct phase *f = &it->phase;
@@ -384,28 +386,12 @@ static enum outcome begin_record(struct ccgen_simulation *it)
     return append_modes(&run->modes, f->t, contacts, modes) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
-int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
-{
-    keep_state(&it->automaton, &it->phase, it->before);
-    const int wrong = !is_whole(bytes, state_size(&it->phase)) || set_state(&it->automaton, &it->phase, bytes);
-    if (wrong) {
-        take_back(&it->automaton, &it->phase, it->before);
-        return OUTCOME_OTHER_STATE;
-    }
-    return begin_record(it);
-}
-
 size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const double **rows, size_t *width)
 {
     *t = it->run.record.t;
     *rows = it->run.record.y;
     *width = row_width(&it->system);
     return it->run.record.count;
-}
-
-int ccgen_forget(struct ccgen_simulation *it)
-{
-    return it->run.record.count ? begin_record(it) : OUTCOME_NOT_BEGUN;
 }
 
 const char *ccgen_outcome_name(int code)

@@ -11,12 +11,37 @@ struct ccgen_simulation {
     struct run run;
     struct phase phase;
     struct automaton automaton;
-    struct arena arena; /* all memory of the simulation but the record */
-    double time;        /* its characteristic time as asked for (s), or 0 */
-    char *before;       /* the state before a stage */
+    struct arena arena;  /* all memory of the simulation but the record */
+    double time;         /* its characteristic time as asked for (s), or 0 */
+    char *before;        /* the state before a stage */
+    struct watch *watch; /* for events of the scene, or NULL */
     /* what follows from the parameters: [constants], and [contacts] each */
     double *k, *restitution, *friction, *lever, *extent;
 };
+
+/* What a call has met: whether a contact had an event, how many impacts there were before that, and which event of the scene it ends at, or -1 */
+struct met {
+    int contact, indicator;
+    size_t impacts;
+};
+
+/* How much is recorded; the last stretch of time stepping may go on, and is as it was then */
+struct recorded {
+    size_t rows, impacts, struck, modes, held, stretches, last;
+    double t1, step, miss;
+    long choices;
+};
+
+struct recorded note_record(const struct run *run);
+void cut_record(struct run *run, struct recorded at);
+
+/* A row for where it has come, if that has none: `outcome`, or that memory has run out */
+enum outcome record_end(struct ccgen_simulation *s, enum outcome outcome);
+
+/* A call that goes on to `until`, or to an event, begins; goes on by one stage; ends with what it came to. */
+enum outcome begin_call(struct ccgen_simulation *s, double until, int to_event, struct met *met);
+enum outcome go_on_by_a_stage(struct ccgen_simulation *s, struct met *met);
+enum outcome end_call(struct ccgen_simulation *s, enum outcome outcome);
 
 /* Give a simulation other parameters, and the length, time and acceleration scale of `settings` that go with them; what else
  * they say is left. A run that has begun is over: reset it. */
@@ -29,7 +54,12 @@ enum outcome reset_holding(struct ccgen_simulation *s, double t, const double *q
 /* How the loops of a system are kept closed */
 void keep_closed(struct system *s, enum drift drift);
 
-/* Go on to `until`, past all events. */
-enum outcome simulate(struct ccgen_simulation *s, double until);
+/* A simulation that has its settings, and no scratch yet */
+enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_model *m,
+                             const struct ccgen_settings *settings);
+enum outcome reserve_scratch(struct ccgen_simulation *it);
+
+/* A record of the present row alone, and of how contacts are held */
+enum outcome begin_record(struct ccgen_simulation *it);
 
 #endif

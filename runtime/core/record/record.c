@@ -1,6 +1,7 @@
 /* Growing records of a run. */
 #include "record/record.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +23,8 @@ int append_row(struct record *r, double t, const double *y, size_t size, const d
     const size_t width = size + latches;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 256;
-        if (grow(&r->t, room, sizeof *r->t) || grow(&r->y, room * width, sizeof *r->y))
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->y, room * width, sizeof *r->y) ||
+            grow(&r->events, room, sizeof *r->events))
             return 1;
         r->room = room;
     }
@@ -30,6 +32,8 @@ int append_row(struct record *r, double t, const double *y, size_t size, const d
     memcpy(r->y + r->count * width, y, size * sizeof *y);
     if (latches)
         memcpy(r->y + r->count * width + size, latched, latches * sizeof *y);
+    const int known = r->count && r->t[r->count - 1] == r->told_from && t == r->told_to;
+    r->events[r->count] = known ? r->told : UCHAR_MAX;
     r->count++;
     return 0;
 }

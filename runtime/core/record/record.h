@@ -8,6 +8,10 @@
 struct record {
     size_t count, room;
     double *t, *y;
+    unsigned char *
+        events; /* [count] the eighths of the step to each in which events of the scene may come, as bits, the first the lowest: what is not known is 1 */
+    double told_from, told_to; /* the last step of which that is known, */
+    unsigned char told;        /* and these */
 };
 
 /* impacts of a run, one after another; impact i has the contacts, impulses and those of friction first[i] .. first[i + 1] - 1 */

@@ -21,6 +21,7 @@ void free_run(struct run *run)
     memset(&run->stepping, 0, sizeof run->stepping);
     free(run->record.t);
     free(run->record.y);
+    free(run->record.events);
     free(run->impacts.t);
     free(run->impacts.u_minus);
     free(run->impacts.u_plus);

@@ -44,6 +44,15 @@ struct run {
     int (*look)(void *context, size_t *wanted);
     void *look_context;
     size_t wanted;
+    int tells;   /* whether events of the scene are asked for, */
+    int watched; /* and there are any to look for */
+    int halts;   /* whether the run ends at such events */
+    enum pause {
+        GOES_ON,
+        BEFORE_EVENTS, /* it pauses before a step that may hold one, */
+        BEHIND_A_STEP  /* or behind the next step */
+    } pauses;
+    int paused; /* whether it has */
     /* found */
     struct record record;
     struct impacts impacts;

@@ -1,6 +1,7 @@
 /* Flight: steps in turn, and the search for events. */
 #include "steps/phase.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -8,6 +9,7 @@
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
 #include "steps/pace.h"
+#include "steps/scene_events.h"
 #include "steps/step_control.h"
 #include "steps/step_end.h"
 #include "steps/kinks.h"
@@ -323,6 +325,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     }
     const double smooth = f->h;
     outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
+    f->events = !outcome && run->watched ? where_events_may_be(f) : UCHAR_MAX;
     if (event->contact >= 0 || f->h != smooth)
         f->kink = -1;
     if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
@@ -406,7 +409,7 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
 {
     enum outcome outcome = f->at.under_way ? OUTCOME_DONE : begin_phase(f);
     event->contact = -1;
-    while (!outcome && f->t < f->run->until && event->contact < 0) {
+    while (!outcome && f->t < f->run->until && event->contact < 0 && !f->run->paused) {
         if ((outcome = within_budget(f)))
             break;
         const struct before_step before = note_step(f);
@@ -421,12 +424,25 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
             outcome = pass_kink(f);
         if (outcome || again)
             continue;
-        excuse_progress(f, before.steps + before.rejected);
-        if (event->contact >= 0) {
-            commit_event(f);
+        /* of a step that ends early the eighths are others */
+        const unsigned char events = event->contact >= 0 && f->events ? UCHAR_MAX : f->events;
+        f->run->paused = f->run->pauses == BEHIND_A_STEP || (f->run->pauses == BEFORE_EVENTS && events);
+        if (f->run->paused && f->run->pauses == BEFORE_EVENTS) {
+            undo_step(f, &before);
+            event->contact = -1;
             break;
         }
-        commit_step(f, stop);
+        excuse_progress(f, before.steps + before.rejected);
+        const double from = f->t;
+        if (event->contact >= 0)
+            commit_event(f);
+        else
+            commit_step(f, stop);
+        f->run->record.told_from = from;
+        f->run->record.told_to = f->t;
+        f->run->record.told = events;
+        if (event->contact >= 0)
+            break;
         outcome = record_state(f) ? OUTCOME_NO_MEMORY : find_standing_event(f, event);
         if (!outcome && f->kink >= 0 && event->contact < 0)
             outcome = pass_kink(f);

@@ -50,6 +50,7 @@ struct phase {
     struct active_set active; /* of the system */
     double *sides;            /* [switches] of their kinks on which effects are in this phase */
     double *latched;          /* [latches] what they hold, NAN where nothing has been set */
+    unsigned char events;     /* the eighths of the step in which events of the scene may be, as bits */
     int kink;                 /* number of the effect at whose kink the step ends, or -1 */
     int flips;                /* how often effects have changed sides at this instant */
     struct progress at;

@@ -1,0 +1,68 @@
+"""Events of scenes: runs that are told of them, or end and go on at them, beside the same runs without.
+
+Prints a markdown table; `python benchmarks/scene_events.py --help` lists the options, README.md explains the rest.
+"""
+
+import argparse
+from pathlib import Path
+
+from driver import WORK
+from machine import machine
+from turns import fastest
+
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import Model, Run, load_model, simulate
+
+SCENES = Path(__file__).parents[1] / "scenes"
+CASES = (
+    ("falling-hexagon", 1.5, "y(joint_3) + 9", "y(joint_3) - 1", "gravity.g"),
+    ("tilted-hexagon", 2.0, "y(joint_3) + 9", "y(joint_3) - 1", "gravity.g"),
+    ("four-bar", 20.0, "angle(knee) - 900", "rate(angle(pivot))", "gravity.g"),
+    ("jansen-leg", 20.0, "x(shin.F) + 900", "x(shin.F) + 20", "gravity.g"),
+)
+"""Scene, end (s), an expression that never comes to zero, one that does, and a parameter."""
+
+
+def model_of(name: str, kind: str, when: str = "", then: str = "") -> Model:
+    """The scene's model of that ``kind``, with an event if there is a ``when``."""
+    text = (SCENES / f"{name}.toml").read_text()
+    table = f'\n[[event]]\nname = "event"\nwhen = "{when}"\n{then}\n' if when else ""
+    file = WORK / f"{name}-{kind}.toml"
+    file.write_text(text + table)
+    return load_model(generate(load_scene(file), out=WORK / "models"))
+
+
+def main() -> None:
+    """Run each scene in four ways, and print a line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=40, help="repeats of which the fastest counts")
+    options = parser.parse_args()
+    WORK.mkdir(parents=True, exist_ok=True)
+    print(f"{machine()}\n\n| run | rows | ms | never comes | told | of them | sets, for each that comes |")
+    print("|---|---|---|---|---|---|---|", flush=True)
+    for name, until, never, when, path in CASES:
+        plain = model_of(name, "plain")
+        value = plain.parameters[path]
+        models = [
+            plain,
+            model_of(name, "never", never),
+            model_of(name, "told", when),
+            model_of(name, "sets", when, f'set = {{ "{path}" = {value} }}'),
+        ]
+
+        def run(model: Model, end: float = until) -> Run:
+            return simulate(model, until=end)
+
+        rows, came = len(run(plain).t), len(run(models[2]).events)
+        assert not run(models[1]).events and len(run(models[3]).events) == came > 0
+        alone, missed, told, sets = fastest([lambda m=m: run(m) for m in models], options.rounds)
+        each = (sets - alone) / came / alone
+        print(
+            f"| {name}, {until:g} s | {rows} | {1e3 * alone:.2f} | {missed / alone:.2f} | {told / alone:.2f} | {came} |"
+            f" {each:.2f} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,502 @@
+/* The instants at which event indicators of a scene come to zero, along the record of a run (docs/theory, section 5.17).
+ *
+ * Beside the run, which does not know of it: a step that is not known to hold no event (steps/scene_events.c) is looked at in eighths, in states as accurate as the
+ * run. An indicator comes to zero where it is not below any more. Between two looks it may come above zero and go back, or below and come back: there its rate
+ * changes its sign. What is not a number counts as what was there before. Times are found to rounding. */
+#include "interface/crossings.h"
+
+#include "hybrid/state.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/tolerances.h"
+
+#include "steps/scene_events.h"
+
+enum {
+    BEFORE_MIDDLE = 3, /* other tries of a root, where they have not brought both ends nearer by half */
+    TOO_FAR = 2        /* roundings of the time that Newton's method goes beyond */
+};
+
+/* What indicators are where one is looked at, at t */
+struct seen {
+    double t;
+    double *value, *rate, *size; /* [indicators] */
+};
+
+/* What it was before a leg of a run that halts */
+struct kept {
+    struct seen last;
+    unsigned char *below; /* [indicators][2] */
+    long *left;           /* [indicators] */
+    size_t count, counted, row;
+    int begun;
+};
+
+struct watch {
+    struct kept kept;
+    struct between between;
+    struct seen last, next, probe;
+    unsigned char *below; /* [indicators][2] whether they have been below zero, beyond rounding, times 1 and times -1 */
+    unsigned char *before; /* `below` at the last look */
+    size_t halted;         /* the number in `found` of the event at which a run that halts does */
+    long *left;         /* [indicators] how many more of its events come until a run that halts does, -1: it does not */
+    double *y;          /* [2 n] a state */
+    char *state;        /* before a leg of such a run */
+    int begun, probed;  /* one of which a root is looked for */
+    double sign, level; /* in that: times its value, less the level */
+    int by_rate;        /* or times its rate */
+    size_t counted;     /* of those found, which count for where a run halts */
+    size_t row;         /* the last row that was looked at */
+    struct ccgen_crossing *found;
+    double *states;       /* [count][2 n] */
+    double *since;        /* [count] when the look before each was, */
+    unsigned char *flags; /* [count][indicators][2] and `below` then */
+    size_t count, room;
+};
+
+static int take_seen(struct arena *arena, int count, struct seen *one)
+{
+    one->value = TAKE_ZEROS(arena, double, count);
+    one->rate = TAKE_ZEROS(arena, double, count);
+    one->size = TAKE_ZEROS(arena, double, count);
+    return arena->ran_out;
+}
+
+static void copy_seen(size_t count, const struct seen *from, struct seen *to)
+{
+    to->t = from->t;
+    memcpy(to->value, from->value, count * sizeof *to->value);
+    memcpy(to->rate, from->rate, count * sizeof *to->rate);
+    memcpy(to->size, from->size, count * sizeof *to->size);
+}
+
+int take_watch(struct ccgen_simulation *it)
+{
+    struct arena *arena = &it->arena;
+    const int count = it->system.model->indicators;
+    struct watch *w = it->watch = TAKE_ZEROS(arena, struct watch, 1);
+    if (!w || take_between(it, &w->between))
+        return 1;
+    w->below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
+    w->before = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
+    w->left = TAKE_ZEROS(arena, long, count);
+    w->kept.below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
+    w->kept.left = TAKE_ZEROS(arena, long, count);
+    w->y = TAKE(arena, double, 2 * (size_t)it->system.n);
+    w->state = TAKE(arena, char, kept_size(&it->phase));
+    return take_seen(arena, count, &w->last) || take_seen(arena, count, &w->next) ||
+           take_seen(arena, count, &w->probe) || take_seen(arena, count, &w->kept.last);
+}
+
+void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
+{
+    struct watch *w = it->watch;
+    const size_t count = 2 * (size_t)it->system.model->indicators;
+    if (!w)
+        return;
+    w->begun = 0;
+    w->row = w->count = w->counted = 0;
+    if (armed)
+        memcpy(w->below, armed, count);
+    else
+        memset(w->below, 0, count);
+    for (int i = 0; i < it->system.model->indicators; i++)
+        w->left[i] = left ? left[i] : 1;
+}
+
+void free_watch(struct ccgen_simulation *it)
+{
+    if (!it->watch)
+        return;
+    free(it->watch->found);
+    free(it->watch->states);
+    free(it->watch->since);
+    free(it->watch->flags);
+}
+
+static void see(const struct ccgen_simulation *it, double t, const double *q, const double *u, struct seen *to)
+{
+    const struct system *s = &it->system;
+    const double scales[] = {s->length, s->time};
+    to->t = t;
+    s->model->indicate(s->k, q, u, t, scales, to->value, to->rate, to->size);
+}
+
+/* At a row as it is recorded: the end of a step, or what an impact leaves */
+static void see_row(const struct ccgen_simulation *it, size_t row, struct seen *to)
+{
+    const struct record *record = &it->run.record;
+    const double *y = record->y + row * (it->system.size + it->system.model->latches);
+    see(it, record->t[row], y, y + it->system.n, to);
+}
+
+static enum outcome look_at(struct ccgen_simulation *it, double t, struct seen *to)
+{
+    struct watch *w = it->watch;
+    double *q = w->y, *u = q + it->system.n;
+    const enum outcome outcome = state_at(it, &w->between, t, q, u);
+    if (!outcome)
+        see(it, t, q, u, to);
+    return outcome;
+}
+
+/* What a root is looked for of, at t, and its rate, no number where that is not known */
+static enum outcome probe(struct ccgen_simulation *it, double t, double *value, double *rate)
+{
+    struct watch *w = it->watch;
+    const enum outcome outcome = look_at(it, t, &w->probe);
+    const double known = w->sign * w->probe.rate[w->probed];
+    *value = w->by_rate ? known : w->sign * w->probe.value[w->probed] - w->level;
+    *rate = w->by_rate || !it->system.model->rated[w->probed] ? NAN : known;
+    return outcome;
+}
+
+/* The instant, to rounding, at which what is probed, `low` < 0 at a, comes to zero, where it is `high` at *b: into *b, where it is not negative. By Newton's method, or, of what has no
+ * known rate, by secants, a little too far, so that it comes from both sides; by bisection where that goes slowly. */
+static enum outcome passage(struct ccgen_simulation *it, double a, double *b, double low, double high)
+{
+    double width = *b - a, last_t = a, last = low, t = *b - high * (*b - a) / (high - low);
+    for (int tries = 0;; tries++) {
+        const double middle = 0.5 * (a + *b);
+        double value, rate;
+        if (!(a < middle && middle < *b))
+            return OUTCOME_DONE;
+        const int slow = tries % (BEFORE_MIDDLE + 1) == BEFORE_MIDDLE && *b - a > 0.5 * width;
+        if (tries % (BEFORE_MIDDLE + 1) == BEFORE_MIDDLE)
+            width = *b - a;
+        if (slow || !(a < t && t < *b))
+            t = middle;
+        const enum outcome outcome = probe(it, t, &value, &rate);
+        if (outcome)
+            return outcome;
+        if (isnan(rate))
+            rate = (value - last) / (t - last_t);
+        last_t = t;
+        last = value;
+        if (value < 0.0)
+            a = t;
+        else
+            *b = t;
+        t += -value / rate + (value < 0.0 ? TOO_FAR : -TOO_FAR) * DBL_EPSILON * fabs(t);
+    }
+}
+
+/* What comes together with an impact comes at its instant. */
+static double at_impact(const struct run *run, double t)
+{
+    const struct impacts *impacts = &run->impacts;
+    double found = t, nearest = TOGETHER * fmax(fabs(t), run->duration);
+    for (size_t k = impacts->count; k > 0 && impacts->t[k - 1] >= t - nearest; k--)
+        if (fabs(impacts->t[k - 1] - t) <= nearest) {
+            nearest = fabs(impacts->t[k - 1] - t);
+            found = impacts->t[k - 1];
+        }
+    return found;
+}
+
+static enum outcome append(struct ccgen_simulation *it, double t, int indicator, int direction)
+{
+    struct watch *w = it->watch;
+    const size_t width = 2 * (size_t)it->system.n, signals = 2 * (size_t)it->system.model->indicators;
+    if (w->count == w->room) {
+        const size_t room = w->room ? 2 * w->room : 16;
+        struct ccgen_crossing *found = realloc(w->found, room * sizeof *found);
+        w->found = found ? found : w->found;
+        double *states = realloc(w->states, room * width * sizeof *states);
+        w->states = states ? states : w->states;
+        double *since = realloc(w->since, room * sizeof *since);
+        w->since = since ? since : w->since;
+        unsigned char *flags = realloc(w->flags, room * signals);
+        w->flags = flags ? flags : w->flags;
+        if (!found || !states || !since || !flags)
+            return OUTCOME_NO_MEMORY;
+        w->room = room;
+    }
+    double *y = w->states + w->count * width;
+    t = at_impact(&it->run, t);
+    const enum outcome outcome = state_at(it, &w->between, t, y, y + it->system.n);
+    w->since[w->count] = w->last.t;
+    memcpy(w->flags + w->count * signals, w->before, signals);
+    if (!outcome)
+        w->found[w->count++] = (struct ccgen_crossing){t, indicator, direction};
+    return outcome;
+}
+
+/* Whether one was below zero at a look, times `sign`; where it is no number, as `before` */
+static int is_below(const struct seen *at, int i, double sign, int before)
+{
+    const double value = sign * at->value[i];
+    return isnan(value) ? before : value < -INDICATOR_ROUNDINGS * DBL_EPSILON * at->size[i];
+}
+
+/* The event of one indicator, times `sign`, from the last look to the next, if there is one; in a piece of a step that is looked through, also one that is passed and passed back */
+static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int was, int is, int piece)
+{
+    struct watch *w = it->watch;
+    const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * w->last.size[i], first = sign * w->last.value[i];
+    const double rates[] = {sign * w->last.rate[i], sign * w->next.rate[i]};
+    const int apart = it->system.model->rated[i] && piece && w->last.t < w->next.t;
+    const int peak = apart && was && is && rates[0] > 0.0 && rates[1] < 0.0;
+    const int dip = apart && first > 0.0 && sign * w->next.value[i] > 0.0 && rates[0] < 0.0 && rates[1] > 0.0;
+    double a = w->last.t, b = w->next.t, low = first, high = sign * w->next.value[i];
+    enum outcome outcome = OUTCOME_DONE;
+    if (!(was && !is) && !peak && !dip)
+        return outcome;
+    w->probed = i;
+    w->sign = sign;
+    w->level = 0.0;
+    if (peak || dip) { /* where it is farthest */
+        double turn = b;
+        w->by_rate = 1;
+        w->sign = peak ? -sign : sign;
+        outcome = passage(it, a, &turn, peak ? -rates[0] : rates[0], peak ? -rates[1] : rates[1]);
+        w->by_rate = 0;
+        w->sign = sign;
+        *(peak ? &b : &a) = turn;
+        double rate;
+        outcome = outcome ? outcome : probe(it, turn, peak ? &high : &low, &rate);
+        if (outcome || (peak ? high < -zero : low >= -zero))
+            return outcome;
+    }
+    w->level = fmin(high, 0.0); /* where it only comes to zero as far as rounding tells */
+    low -= w->level;
+    high -= w->level;
+    if (a < b)
+        outcome = passage(it, a, &b, low, high);
+    return outcome ? outcome : append(it, b, i, (int)sign);
+}
+
+static void swap_numbers(size_t count, double *a, double *b)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double number = a[i];
+        a[i] = b[i];
+        b[i] = number;
+    }
+}
+
+/* What came since the last look, which a piece of a step or quiet steps lie behind, in the order of time; the next look is then the last. */
+static enum outcome compare(struct ccgen_simulation *it, int piece)
+{
+    struct watch *w = it->watch;
+    const struct ccgen_model *m = it->system.model;
+    const size_t before = w->count;
+    enum outcome outcome = OUTCOME_DONE;
+    memcpy(w->before, w->below, 2 * (size_t)m->indicators);
+    for (int i = 0; i < m->indicators && !outcome; i++)
+        for (int k = 0; k < 2 && !outcome; k++) {
+            const double sign = k ? -1.0 : 1.0;
+            unsigned char *below = &w->below[2 * i + k];
+            const int is = is_below(&w->next, i, sign, *below);
+            if (m->directions[i] != -(int)sign && w->begun)
+                outcome = cross(it, i, sign, *below, is, piece);
+            else if (m->directions[i] != -(int)sign && *below && !is)
+                outcome = append(it, w->next.t, i, (int)sign);
+            *below = (unsigned char)is;
+        }
+    const size_t width = 2 * (size_t)it->system.n;
+    for (size_t k = before + 1; k < w->count && !outcome; k++) /* few, and all of one look */
+        for (size_t j = k; j > before && w->found[j].t < w->found[j - 1].t; j--) {
+            const struct ccgen_crossing one = w->found[j];
+            w->found[j] = w->found[j - 1];
+            w->found[j - 1] = one;
+            swap_numbers(width, w->states + j * width, w->states + (j - 1) * width);
+        }
+    if (outcome) { /* as if it had not been looked at */
+        memcpy(w->below, w->before, 2 * (size_t)m->indicators);
+        w->count = before;
+        return outcome;
+    }
+    const struct seen last = w->last;
+    w->last = w->next;
+    w->next = last;
+    w->begun = 1;
+    return outcome;
+}
+
+static enum outcome look_at_row(struct ccgen_simulation *it, size_t row, int piece)
+{
+    see_row(it, row, &it->watch->next);
+    return compare(it, piece);
+}
+
+static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, unsigned char parts)
+{
+    struct watch *w = it->watch;
+    const double t0 = it->run.record.t[row], t1 = it->run.record.t[row + 1];
+    enum outcome outcome = !w->begun || w->last.t < t0 ? look_at_row(it, row, 0) : OUTCOME_DONE;
+    for (int k = 1; k < EVENT_PARTS && !outcome; k++) {
+        const double t = t0 + (t1 - t0) * k / EVENT_PARTS;
+        const int behind = parts >> (k - 1) & 1;
+        if (!(behind || parts >> k & 1) ||
+            !(w->last.t < t && t < t1)) /* between quiet parts, or in a step of few roundings */
+            continue;
+        outcome = look_at(it, t, &w->next);
+        outcome = outcome ? outcome : compare(it, behind);
+    }
+    return outcome ? outcome : look_at_row(it, row + 1, parts >> (EVENT_PARTS - 1) & 1);
+}
+
+const unsigned char *armed_now(const struct ccgen_simulation *it)
+{
+    return it->watch->below;
+}
+
+char *begin_halting(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    for (int i = 0; i < it->system.model->indicators; i++)
+        if (!w->left[i])
+            w->left[i] = 1;
+    return w->state;
+}
+
+/* The time of the first row that is not before t */
+static double end_of_step(const struct record *record, double t)
+{
+    size_t row = record->count - 1;
+    while (row && record->t[row - 1] >= t)
+        row--;
+    return record->t[row];
+}
+
+enum outcome find_halt(struct ccgen_simulation *it, struct halt *halt)
+{
+    struct watch *w = it->watch;
+    const enum outcome outcome = find_crossings(it);
+    while (w->counted < w->count && halt->indicator < 0) {
+        const size_t k = w->counted++;
+        long *left = &w->left[w->found[k].indicator];
+        if (*left > 0 && --*left == 0) {
+            const double t = w->found[k].t;
+            w->halted = k;
+            *halt = (struct halt){t, end_of_step(&it->run.record, t), w->found[k].indicator};
+        }
+    }
+    return outcome;
+}
+
+void keep_watch(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    const size_t count = it->system.model->indicators;
+    struct kept *k = &w->kept;
+    memcpy(k->below, w->below, 2 * count);
+    memcpy(k->left, w->left, count * sizeof *w->left);
+    copy_seen(count, &w->last, &k->last);
+    k->count = w->count;
+    k->counted = w->counted;
+    k->row = w->row;
+    k->begun = w->begun;
+}
+
+void restore_watch(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    const size_t count = it->system.model->indicators;
+    const struct kept *k = &w->kept;
+    memcpy(w->below, k->below, 2 * count);
+    memcpy(w->left, k->left, count * sizeof *w->left);
+    copy_seen(count, &k->last, &w->last);
+    w->count = k->count;
+    w->counted = k->counted;
+    w->row = k->row;
+    w->begun = k->begun;
+}
+
+double short_of_halt(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    const struct ccgen_crossing *halt = &w->found[w->halted];
+    const int i = halt->indicator;
+    see_row(it, it->run.record.count - 1, &w->probe);
+    if (!is_below(&w->probe, i, halt->direction, 0))
+        return 0.0;
+    double value = w->probe.value[i], t = w->probe.t, rate = w->probe.rate[i];
+    if (!it->system.model->rated[i] && it->run.record.count > 1) {
+        see_row(it, it->run.record.count - 2,
+                &w->probe); /* the average over the last step: of the same sign, or found to be of none */
+        rate = (value - w->probe.value[i]) / (t - w->probe.t);
+    }
+    const double on = -value / rate, least = TOO_FAR * DBL_EPSILON * fabs(t);
+    return on > least && on < INFINITY ? on : least;
+}
+
+void end_at_halt(struct ccgen_simulation *it, double together)
+{
+    struct watch *w = it->watch;
+    const struct record *record = &it->run.record;
+    const size_t n = it->system.n, width = 2 * n;
+    const double halt = w->found[w->halted].t;
+    while (w->found[w->count - 1].t > halt + together)
+        w->count--;
+    w->counted = w->count;
+    w->row = record->count - 1;
+    w->found[w->halted].t = record->t[w->row];
+    memcpy(w->states + w->halted * width, record->y + w->row * (it->system.size + it->system.model->latches),
+           width * sizeof *w->states);
+    see_row(it, w->row, &w->last);
+    /* what was below zero before and has not come is to come, though it be zero now */
+    const size_t signals = 2 * (size_t)it->system.model->indicators;
+    unsigned char *flags = w->flags + w->halted * signals;
+    for (size_t k = 0; k < w->count; k++)
+        if (w->since[k] == w->since[w->halted])
+            flags[2 * w->found[k].indicator + (w->found[k].direction < 0)] = 0;
+    for (size_t k = 0; k < signals; k++) {
+        const int i = (int)(k / 2);
+        w->below[k] = (unsigned char)(is_below(&w->last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
+    }
+}
+
+int ccgen_crossings(struct ccgen_simulation *it, size_t *count, const struct ccgen_crossing **crossings,
+                    const double **states)
+{
+    enum outcome outcome = it->run.tells ? OUTCOME_DONE : OUTCOME_BAD_SETTINGS;
+    if (it->watch)
+        outcome = look_at_all(it);
+    *count = it->watch ? it->watch->count : 0;
+    *crossings = *count ? it->watch->found : NULL;
+    *states = *count ? it->watch->states : NULL;
+    return outcome;
+}
+
+enum outcome look_at_all(struct ccgen_simulation *it)
+{
+    if (it->run.interruption.ended) /* of a run that was interrupted, what is recorded is looked at whole */
+        start_asking(&it->run.interruption, it->phase.t);
+    return find_crossings(it);
+}
+
+void forget_rows_looked_at(struct ccgen_simulation *it)
+{
+    if (it->watch)
+        it->watch->row = 0;
+}
+
+enum outcome find_crossings(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    const struct record *record = &it->run.record;
+    const size_t rows = record->count;
+    enum outcome outcome = rows ? OUTCOME_DONE : OUTCOME_NOT_BEGUN;
+    if (!outcome && !w->begun)
+        outcome = look_at_row(it, 0, 0);
+    while (!outcome && w->row + 1 < rows) {
+        const size_t row = w->row, next = row + 1;
+        const double t = record->t[row], then = record->t[next];
+        const int last = next + 1 == rows || record->t[next + 1] > then; /* of its time */
+        if (interrupted(&it->run.interruption, 0))
+            return OUTCOME_INTERRUPTED;
+        if (then > t)
+            outcome = record->events[next] ? look_through_step(it, row, record->events[next]) : OUTCOME_DONE;
+        else if (w->last.t < t) /* before an impact, behind a quiet step */
+            outcome = look_at_row(it, row, 0);
+        if (!outcome && !(then > t) && last)
+            outcome = look_at_row(it, next, 0);
+        w->row += !outcome;
+    }
+    return outcome;
+}

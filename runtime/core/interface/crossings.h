@@ -1,0 +1,50 @@
+/* The instants of the events of a scene along a run; see crossings.c. */
+#ifndef CCGEN_CROSSINGS_H
+#define CCGEN_CROSSINGS_H
+
+#include "interface/between.h"
+
+/* Look along what is recorded and was not looked at yet. What a look finds stays found. */
+enum outcome find_crossings(struct ccgen_simulation *it);
+
+/* 0, or 1 when memory runs out */
+int take_watch(struct ccgen_simulation *it);
+
+/* Forget what was found: a run begins. Indicators whose events are armed[indicators][2], rises first, falls then, were below zero and above zero before; NULL: none.
+ * A run that halts does so when left[indicators] more of each have come, at none of one of which -1 are left; NULL: at the next of each. */
+void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left);
+
+/* Room for the state before a leg of a run that halts */
+char *begin_halting(struct ccgen_simulation *it);
+
+/* The event at which a run is to end: when it comes, when the step in which it does ends, and its indicator, or -1 */
+struct halt {
+    double t, latest;
+    int indicator;
+};
+
+/* Look for it along what was not looked at yet; it stays where there is none. */
+enum outcome find_halt(struct ccgen_simulation *it, struct halt *halt);
+
+/* How long (s) it is from the end of the run to where that event comes; 0 where the indicator is not below zero any more. */
+double short_of_halt(struct ccgen_simulation *it);
+
+/* A run has ended, at that event: what was found later than `together` (s) after it has not come, and what comes next is told from where the run is. */
+void end_at_halt(struct ccgen_simulation *it, double together);
+
+/* Keep what is known of events where a leg of a run that halts begins, and put it back. */
+void keep_watch(struct ccgen_simulation *it);
+void restore_watch(struct ccgen_simulation *it);
+
+/* As find_crossings, also behind an interruption */
+enum outcome look_at_all(struct ccgen_simulation *it);
+
+/* The record begins anew at its last row. */
+void forget_rows_looked_at(struct ccgen_simulation *it);
+
+/* armed[indicators][2] as begin_watch takes them, of a run that goes on from here */
+const unsigned char *armed_now(const struct ccgen_simulation *it);
+
+void free_watch(struct ccgen_simulation *it);
+
+#endif

@@ -1,0 +1,142 @@
+/* Motion up to events of the scene.
+ *
+ * A run goes leg by leg: it pauses before each step that may hold an event, takes that step alone, and is looked at then; so is what impacts and time stepping do at
+ * the end of a leg. Where an event lies in a leg the state before it is put back, and motion goes on to the event: so the instant is found in a step of the
+ * run, and the run has a row there.
+ */
+#include "interface/halting.h"
+
+#include <math.h>
+
+#include "base/tolerances.h"
+#include "hybrid/state.h"
+#include "interface/crossings.h"
+
+enum {
+    STEPS_OF_A_LEG = 64, /* of time stepping, which ends at no event by itself */
+    CORRECTIONS = 8      /* of the instant at which a run ends */
+};
+
+/* Stages until smooth motion has gone on as far as it does, and what it meets is dealt with */
+static enum outcome go_on_by_a_leg(struct ccgen_simulation *it, struct met *met)
+{
+    const enum stage *stage = &it->automaton.stage;
+    enum outcome outcome;
+    int rested;
+    it->run.paused = 0;
+    do {
+        rested = *stage == END;
+        outcome = go_on_by_a_stage(it, met);
+    } while (!outcome && *stage != END && (*stage != MOVE || rested));
+    return outcome;
+}
+
+/* Where a leg begins */
+struct leg {
+    char *state;
+    struct recorded at;
+    struct met met;
+};
+
+static void begin_leg(struct ccgen_simulation *it, const struct met *met, struct leg *leg)
+{
+    keep_state(&it->automaton, &it->phase, leg->state);
+    leg->at = note_record(&it->run);
+    leg->met = *met;
+    keep_watch(it);
+}
+
+static void undo_leg(struct ccgen_simulation *it, const struct leg *leg, struct met *met)
+{
+    take_back(&it->automaton, &it->phase, leg->state);
+    cut_record(&it->run, leg->at);
+    *met = leg->met;
+}
+
+/* Back to where a leg began, and on to an instant within it */
+static enum outcome go_on_to(struct ccgen_simulation *it, const struct leg *leg, double t, struct met *met)
+{
+    enum outcome outcome;
+    undo_leg(it, leg, met);
+    it->run.until = t;
+    do
+        outcome = go_on_by_a_stage(it, met);
+    while (!outcome && (it->automaton.stage != END || it->phase.t < t));
+    return outcome;
+}
+
+/* Back to where the last leg began, and on to the event that lies in it. The step that ends there ends a little before or behind what the whole step has there; or, by time
+ * stepping, before the impact that it has, and then the whole step is taken, if the event comes by that. */
+static enum outcome go_on_to_halt(struct ccgen_simulation *it, const struct leg *leg, struct halt halt, struct met *met)
+{
+    double t = halt.t, more;
+    enum outcome outcome = go_on_to(it, leg, t, met);
+    for (int k = 0; k < CORRECTIONS && !outcome && t < halt.latest && (more = ldexp(short_of_halt(it), k)) > 0.0; k++)
+        outcome = go_on_to(it, leg, t = fmin(t + more, halt.latest), met);
+    if (!outcome && short_of_halt(it) > 0.0)
+        outcome = go_on_to(it, leg, halt.latest, met);
+    if (!outcome && short_of_halt(it) > 0.0) /* it comes to zero in the whole step alone, by less than that is wrong */
+        outcome = go_on_to(it, leg, halt.t, met);
+    return outcome;
+}
+
+/* The first time from t on that a double has, which callers go on from */
+static double round_up_to_double(double t)
+{
+    int exponent;
+    const double scaled = ldexp(frexp(t, &exponent), 53);
+    int64_t whole = (int64_t)scaled;
+    whole += (double)whole < scaled;
+    return ldexp((double)whole, exponent - 53);
+}
+
+enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to_event, struct met *met)
+{
+    struct run *run = &it->run;
+    const enum stage *stage = &it->automaton.stage;
+    struct leg leg = {.state = begin_halting(it)};
+    struct halt halt = {INFINITY, INFINITY, -1};
+    int legs = 0;
+    enum outcome outcome = begin_call(it, until, to_event, met);
+    met->indicator = -1;
+    if (outcome)
+        return outcome;
+    outcome = find_halt(it, &halt);
+    run->pauses = GOES_ON;
+    while (!outcome && halt.indicator < 0 && (*stage != END || it->phase.t < until) &&
+           !(legs && to_event && met->contact && *stage == MOVE)) {
+        run->pauses = run->paused && run->pauses == BEFORE_EVENTS ? BEHIND_A_STEP : BEFORE_EVENTS;
+        begin_leg(it, met, &leg);
+        legs++;
+        run->until = run->method->order ? until : fmin(until, it->phase.t + STEPS_OF_A_LEG * run->fixed_step);
+        outcome = record_end(it, go_on_by_a_leg(it, met));
+        if (outcome != OUTCOME_INTERRUPTED) {
+            const enum outcome looked = find_halt(it, &halt);
+            outcome = outcome ? outcome : looked;
+        }
+    }
+    run->pauses = GOES_ON;
+    run->paused = 0;
+    if (outcome == OUTCOME_INTERRUPTED) { /* what is kept has no event at which it should have ended */
+        start_asking(&run->interruption, it->phase.t);
+        if ((find_halt(it, &halt) || halt.indicator >= 0) && legs) {
+            undo_leg(it, &leg, met);
+            restore_watch(it);
+        }
+        halt.indicator = -1;
+    } else if (halt.indicator >= 0) { /* what failed does so behind it */
+        outcome = OUTCOME_DONE;
+        if (legs && halt.t < it->phase.t)
+            outcome = go_on_to_halt(it, &leg, halt, met);
+        run->until = round_up_to_double(it->phase.t);
+        while (!outcome && it->phase.t < run->until)
+            outcome = go_on_by_a_stage(it, met);
+        if (outcome && legs)
+            restore_watch(it);
+    }
+    outcome = end_call(it, outcome);
+    met->indicator = outcome ? -1 : halt.indicator;
+    if (met->indicator >= 0)
+        end_at_halt(it, TOGETHER * fmax(fabs(halt.t), run->duration));
+    return outcome;
+}
