@@ -262,6 +262,41 @@ def test_motion_halts_at_events_of_the_scene(library: Library, workshop: Worksho
         assert abs(value[0, indicator]) <= 1e-9 * size[0, indicator] or when in [one[0] for one in struck[0]]
 
 
+def test_events_at_one_impact_halt_once(library: Library, workshop: Workshop) -> None:
+    """Both come at the impact, which motion halts behind, and neither comes again from there."""
+    text = """
+name = "ball"
+[[link]]
+name = "b"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = { c = [0, 0] }
+[start]
+position = [0, 2]
+[gravity]
+[[ground]]
+restitution = 0.5
+contacts = ["b.c"]
+[[event]]
+when = "y(b.c)"
+[[event]]
+when = "rate(y(b.c))"
+direction = "rising"
+"""
+    model = workshop.model(text)
+    outcome, made = library.create(model, events=2)
+    assert outcome == "done" and made.reset(*model.start()) == "done"
+    met = []
+    while made.motion()[0] < 1.5:
+        outcome, event = made.step_to_event(1.5)
+        assert outcome == "done"
+        met.append((event.t, event.kind, event.impacts))
+    fall = float(np.sqrt(4.0 / 9.81))
+    assert met == [(pytest.approx(fall), 4, 1), (pytest.approx(2 * fall), 4, 1), (1.5, 0, 0)]
+    assert [one[1] for one in made.crossings()[1]] == [0, 1, 0, 1]
+
+
 def test_an_interrupted_motion_halts_where_one_that_is_not_does(library: Library, workshop: Workshop) -> None:
     """Whenever it is interrupted it is not past an event, and goes on to the same; by steps that ask each time."""
     text = SCENE.read_text() + '[[event]]\nname = "low"\nwhen = "y(joint_3) - 1"\n'

@@ -443,7 +443,7 @@ void end_at_halt(struct ccgen_simulation *it, double together)
     const size_t signals = 2 * (size_t)it->system.model->indicators;
     unsigned char *flags = w->flags + w->halted * signals;
     for (size_t k = 0; k < w->count; k++)
-        if (w->since[k] == w->since[w->halted])
+        if (w->since[k] >= w->since[w->halted]) /* in the same piece, or together with it behind an impact */
             flags[2 * w->found[k].indicator + (w->found[k].direction < 0)] = 0;
     for (size_t k = 0; k < signals; k++) {
         const int i = (int)(k / 2);
