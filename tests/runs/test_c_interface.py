@@ -22,6 +22,7 @@ from ..support.folders import ROOT
 from ..support.parallel_cranks import parallel_cranks
 from ..support.workshop import Workshop
 from ..support.written_models import Descriptor
+from .test_user_events import BALL
 
 SCENE = ROOT / "scenes" / "falling-hexagon.toml"
 COMMANDS = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "c.md").read_text(), re.S)
@@ -264,36 +265,17 @@ def test_motion_halts_at_events_of_the_scene(library: Library, workshop: Worksho
 
 def test_events_at_one_impact_halt_once(library: Library, workshop: Workshop) -> None:
     """Both come at the impact, which motion halts behind, and neither comes again from there."""
-    text = """
-name = "ball"
-[[link]]
-name = "b"
-mass = 1
-inertia = 1
-com = [0, 0]
-points = { c = [0, 0] }
-[start]
-position = [0, 2]
-[gravity]
-[[ground]]
-restitution = 0.5
-contacts = ["b.c"]
-[[event]]
-when = "y(b.c)"
-[[event]]
-when = "rate(y(b.c))"
-direction = "rising"
-"""
+    text = BALL + '[[event]]\nwhen = "y(ball.P)"\n[[event]]\nwhen = "rate(y(ball.P))"\ndirection = "rising"\n'
     model = workshop.model(text)
     outcome, made = library.create(model, events=2)
     assert outcome == "done" and made.reset(*model.start()) == "done"
     met = []
-    while made.motion()[0] < 1.5:
-        outcome, event = made.step_to_event(1.5)
+    while made.motion()[0] < 1.0:
+        outcome, event = made.step_to_event(1.0)
         assert outcome == "done"
         met.append((event.t, event.kind, event.impacts))
-    fall = float(np.sqrt(4.0 / 9.81))
-    assert met == [(pytest.approx(fall), 4, 1), (pytest.approx(2 * fall), 4, 1), (1.5, 0, 0)]
+    fall = float(np.sqrt(2.0 / 9.81))
+    assert met == [(pytest.approx(fall), 4, 1), (pytest.approx(2 * fall), 4, 1), (1.0, 0, 0)]
     assert [one[1] for one in made.crossings()[1]] == [0, 1, 0, 1]
 
 

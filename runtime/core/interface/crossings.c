@@ -5,14 +5,12 @@
  * changes its sign. What is not a number counts as what was there before. Times are found to rounding. */
 #include "interface/crossings.h"
 
-#include "hybrid/state.h"
-
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "base/tolerances.h"
-
+#include "hybrid/state.h"
 #include "steps/scene_events.h"
 
 enum {
@@ -26,35 +24,33 @@ struct seen {
     double *value, *rate, *size; /* [indicators] */
 };
 
-/* What it was before a leg of a run that halts */
-struct kept {
+/* What is known as far as has been looked; a leg of a run that halts, which is undone, puts it back */
+struct known {
     struct seen last;
-    unsigned char *below; /* [indicators][2] */
-    long *left;           /* [indicators] */
-    size_t count, counted, row;
+    unsigned char *below; /* [indicators][2] whether they have been below zero, beyond rounding, times 1 and times -1 */
+    long *left;     /* [indicators] how many more of its events come until a run that halts does, -1: it does not */
+    size_t count;   /* events that were found, */
+    size_t counted; /* and of those, which count for where a run halts */
+    size_t row;     /* the last row that was looked at */
     int begun;
 };
 
 struct watch {
-    struct kept kept;
+    struct known now, before_leg;
     struct between between;
-    struct seen last, next, probe;
-    unsigned char *below; /* [indicators][2] whether they have been below zero, beyond rounding, times 1 and times -1 */
-    unsigned char *before; /* `below` at the last look */
+    struct seen next, probe;
+    unsigned char *before; /* now.below at the last look */
     size_t halted;         /* the number in `found` of the event at which a run that halts does */
-    long *left;         /* [indicators] how many more of its events come until a run that halts does, -1: it does not */
-    double *y;          /* [2 n] a state */
-    char *state;        /* before a leg of such a run */
-    int begun, probed;  /* one of which a root is looked for */
-    double sign, level; /* in that: times its value, less the level */
-    int by_rate;        /* or times its rate */
-    size_t counted;     /* of those found, which count for where a run halts */
-    size_t row;         /* the last row that was looked at */
+    double *y;             /* [2 n] a state */
+    char *state;           /* of the run before such a leg */
+    int probed;            /* one of which a root is looked for */
+    double sign, level;    /* in that: times its value, less the level */
+    int by_rate;           /* or times its rate */
     struct ccgen_crossing *found;
-    double *states;       /* [count][2 n] */
-    double *since;        /* [count] when the look before each was, */
-    unsigned char *flags; /* [count][indicators][2] and `below` then */
-    size_t count, room;
+    double *states;       /* [now.count][2 n] */
+    double *since;        /* [now.count] when the look before each was, */
+    unsigned char *flags; /* [now.count][indicators][2] and now.below then */
+    size_t room;
 };
 
 static int take_seen(struct arena *arena, int count, struct seen *one)
@@ -65,12 +61,26 @@ static int take_seen(struct arena *arena, int count, struct seen *one)
     return arena->ran_out;
 }
 
-static void copy_seen(size_t count, const struct seen *from, struct seen *to)
+static int take_known(struct arena *arena, int count, struct known *one)
 {
-    to->t = from->t;
-    memcpy(to->value, from->value, count * sizeof *to->value);
-    memcpy(to->rate, from->rate, count * sizeof *to->rate);
-    memcpy(to->size, from->size, count * sizeof *to->size);
+    one->below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
+    one->left = TAKE_ZEROS(arena, long, count);
+    return take_seen(arena, count, &one->last);
+}
+
+/* The arrays stay where they are. */
+static void copy_known(size_t indicators, const struct known *from, struct known *to)
+{
+    const struct known arrays = *to;
+    *to = *from;
+    to->below = arrays.below;
+    to->left = arrays.left;
+    to->last = (struct seen){from->last.t, arrays.last.value, arrays.last.rate, arrays.last.size};
+    memcpy(to->below, from->below, 2 * indicators);
+    memcpy(to->left, from->left, indicators * sizeof *to->left);
+    memcpy(to->last.value, from->last.value, indicators * sizeof *to->last.value);
+    memcpy(to->last.rate, from->last.rate, indicators * sizeof *to->last.rate);
+    memcpy(to->last.size, from->last.size, indicators * sizeof *to->last.size);
 }
 
 int take_watch(struct ccgen_simulation *it)
@@ -80,15 +90,11 @@ int take_watch(struct ccgen_simulation *it)
     struct watch *w = it->watch = TAKE_ZEROS(arena, struct watch, 1);
     if (!w || take_between(it, &w->between))
         return 1;
-    w->below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
     w->before = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
-    w->left = TAKE_ZEROS(arena, long, count);
-    w->kept.below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
-    w->kept.left = TAKE_ZEROS(arena, long, count);
     w->y = TAKE(arena, double, 2 * (size_t)it->system.n);
     w->state = TAKE(arena, char, kept_size(&it->phase));
-    return take_seen(arena, count, &w->last) || take_seen(arena, count, &w->next) ||
-           take_seen(arena, count, &w->probe) || take_seen(arena, count, &w->kept.last);
+    return take_known(arena, count, &w->now) || take_known(arena, count, &w->before_leg) ||
+           take_seen(arena, count, &w->next) || take_seen(arena, count, &w->probe);
 }
 
 void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
@@ -97,14 +103,14 @@ void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const 
     const size_t count = 2 * (size_t)it->system.model->indicators;
     if (!w)
         return;
-    w->begun = 0;
-    w->row = w->count = w->counted = 0;
+    w->now.begun = 0;
+    w->now.row = w->now.count = w->now.counted = 0;
     if (armed)
-        memcpy(w->below, armed, count);
+        memcpy(w->now.below, armed, count);
     else
-        memset(w->below, 0, count);
+        memset(w->now.below, 0, count);
     for (int i = 0; i < it->system.model->indicators; i++)
-        w->left[i] = left ? left[i] : 1;
+        w->now.left[i] = left ? left[i] : 1;
 }
 
 void free_watch(struct ccgen_simulation *it)
@@ -201,7 +207,7 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
 {
     struct watch *w = it->watch;
     const size_t width = 2 * (size_t)it->system.n, signals = 2 * (size_t)it->system.model->indicators;
-    if (w->count == w->room) {
+    if (w->now.count == w->room) {
         const size_t room = w->room ? 2 * w->room : 16;
         struct ccgen_crossing *found = realloc(w->found, room * sizeof *found);
         w->found = found ? found : w->found;
@@ -215,13 +221,13 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
             return OUTCOME_NO_MEMORY;
         w->room = room;
     }
-    double *y = w->states + w->count * width;
+    double *y = w->states + w->now.count * width;
     t = at_impact(&it->run, t);
     const enum outcome outcome = state_at(it, &w->between, t, y, y + it->system.n);
-    w->since[w->count] = w->last.t;
-    memcpy(w->flags + w->count * signals, w->before, signals);
+    w->since[w->now.count] = w->now.last.t;
+    memcpy(w->flags + w->now.count * signals, w->before, signals);
     if (!outcome)
-        w->found[w->count++] = (struct ccgen_crossing){t, indicator, direction};
+        w->found[w->now.count++] = (struct ccgen_crossing){t, indicator, direction};
     return outcome;
 }
 
@@ -236,12 +242,12 @@ static int is_below(const struct seen *at, int i, double sign, int before)
 static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int was, int is, int piece)
 {
     struct watch *w = it->watch;
-    const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * w->last.size[i], first = sign * w->last.value[i];
-    const double rates[] = {sign * w->last.rate[i], sign * w->next.rate[i]};
-    const int apart = it->system.model->rated[i] && piece && w->last.t < w->next.t;
+    const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * w->now.last.size[i], first = sign * w->now.last.value[i];
+    const double rates[] = {sign * w->now.last.rate[i], sign * w->next.rate[i]};
+    const int apart = it->system.model->rated[i] && piece && w->now.last.t < w->next.t;
     const int peak = apart && was && is && rates[0] > 0.0 && rates[1] < 0.0;
     const int dip = apart && first > 0.0 && sign * w->next.value[i] > 0.0 && rates[0] < 0.0 && rates[1] > 0.0;
-    double a = w->last.t, b = w->next.t, low = first, high = sign * w->next.value[i];
+    double a = w->now.last.t, b = w->next.t, low = first, high = sign * w->next.value[i];
     enum outcome outcome = OUTCOME_DONE;
     if (!(was && !is) && !peak && !dip)
         return outcome;
@@ -283,22 +289,22 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
 {
     struct watch *w = it->watch;
     const struct ccgen_model *m = it->system.model;
-    const size_t before = w->count;
+    const size_t before = w->now.count;
     enum outcome outcome = OUTCOME_DONE;
-    memcpy(w->before, w->below, 2 * (size_t)m->indicators);
+    memcpy(w->before, w->now.below, 2 * (size_t)m->indicators);
     for (int i = 0; i < m->indicators && !outcome; i++)
         for (int k = 0; k < 2 && !outcome; k++) {
             const double sign = k ? -1.0 : 1.0;
-            unsigned char *below = &w->below[2 * i + k];
+            unsigned char *below = &w->now.below[2 * i + k];
             const int is = is_below(&w->next, i, sign, *below);
-            if (m->directions[i] != -(int)sign && w->begun)
+            if (m->directions[i] != -(int)sign && w->now.begun)
                 outcome = cross(it, i, sign, *below, is, piece);
             else if (m->directions[i] != -(int)sign && *below && !is)
                 outcome = append(it, w->next.t, i, (int)sign);
             *below = (unsigned char)is;
         }
     const size_t width = 2 * (size_t)it->system.n;
-    for (size_t k = before + 1; k < w->count && !outcome; k++) /* few, and all of one look */
+    for (size_t k = before + 1; k < w->now.count && !outcome; k++) /* few, and all of one look */
         for (size_t j = k; j > before && w->found[j].t < w->found[j - 1].t; j--) {
             const struct ccgen_crossing one = w->found[j];
             w->found[j] = w->found[j - 1];
@@ -306,14 +312,14 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
             swap_numbers(width, w->states + j * width, w->states + (j - 1) * width);
         }
     if (outcome) { /* as if it had not been looked at */
-        memcpy(w->below, w->before, 2 * (size_t)m->indicators);
-        w->count = before;
+        memcpy(w->now.below, w->before, 2 * (size_t)m->indicators);
+        w->now.count = before;
         return outcome;
     }
-    const struct seen last = w->last;
-    w->last = w->next;
+    const struct seen last = w->now.last;
+    w->now.last = w->next;
     w->next = last;
-    w->begun = 1;
+    w->now.begun = 1;
     return outcome;
 }
 
@@ -327,12 +333,12 @@ static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, u
 {
     struct watch *w = it->watch;
     const double t0 = it->run.record.t[row], t1 = it->run.record.t[row + 1];
-    enum outcome outcome = !w->begun || w->last.t < t0 ? look_at_row(it, row, 0) : OUTCOME_DONE;
+    enum outcome outcome = !w->now.begun || w->now.last.t < t0 ? look_at_row(it, row, 0) : OUTCOME_DONE;
     for (int k = 1; k < EVENT_PARTS && !outcome; k++) {
         const double t = t0 + (t1 - t0) * k / EVENT_PARTS;
         const int behind = parts >> (k - 1) & 1;
         if (!(behind || parts >> k & 1) ||
-            !(w->last.t < t && t < t1)) /* between quiet parts, or in a step of few roundings */
+            !(w->now.last.t < t && t < t1)) /* between quiet parts, or in a step of few roundings */
             continue;
         outcome = look_at(it, t, &w->next);
         outcome = outcome ? outcome : compare(it, behind);
@@ -342,15 +348,15 @@ static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, u
 
 const unsigned char *armed_now(const struct ccgen_simulation *it)
 {
-    return it->watch->below;
+    return it->watch->now.below;
 }
 
 char *begin_halting(struct ccgen_simulation *it)
 {
     struct watch *w = it->watch;
     for (int i = 0; i < it->system.model->indicators; i++)
-        if (!w->left[i])
-            w->left[i] = 1;
+        if (!w->now.left[i])
+            w->now.left[i] = 1;
     return w->state;
 }
 
@@ -367,9 +373,9 @@ enum outcome find_halt(struct ccgen_simulation *it, struct halt *halt)
 {
     struct watch *w = it->watch;
     const enum outcome outcome = find_crossings(it);
-    while (w->counted < w->count && halt->indicator < 0) {
-        const size_t k = w->counted++;
-        long *left = &w->left[w->found[k].indicator];
+    while (w->now.counted < w->now.count && halt->indicator < 0) {
+        const size_t k = w->now.counted++;
+        long *left = &w->now.left[w->found[k].indicator];
         if (*left > 0 && --*left == 0) {
             const double t = w->found[k].t;
             w->halted = k;
@@ -381,30 +387,12 @@ enum outcome find_halt(struct ccgen_simulation *it, struct halt *halt)
 
 void keep_watch(struct ccgen_simulation *it)
 {
-    struct watch *w = it->watch;
-    const size_t count = it->system.model->indicators;
-    struct kept *k = &w->kept;
-    memcpy(k->below, w->below, 2 * count);
-    memcpy(k->left, w->left, count * sizeof *w->left);
-    copy_seen(count, &w->last, &k->last);
-    k->count = w->count;
-    k->counted = w->counted;
-    k->row = w->row;
-    k->begun = w->begun;
+    copy_known(it->system.model->indicators, &it->watch->now, &it->watch->before_leg);
 }
 
 void restore_watch(struct ccgen_simulation *it)
 {
-    struct watch *w = it->watch;
-    const size_t count = it->system.model->indicators;
-    const struct kept *k = &w->kept;
-    memcpy(w->below, k->below, 2 * count);
-    memcpy(w->left, k->left, count * sizeof *w->left);
-    copy_seen(count, &k->last, &w->last);
-    w->count = k->count;
-    w->counted = k->counted;
-    w->row = k->row;
-    w->begun = k->begun;
+    copy_known(it->system.model->indicators, &it->watch->before_leg, &it->watch->now);
 }
 
 double short_of_halt(struct ccgen_simulation *it)
@@ -431,23 +419,23 @@ void end_at_halt(struct ccgen_simulation *it, double together)
     const struct record *record = &it->run.record;
     const size_t n = it->system.n, width = 2 * n;
     const double halt = w->found[w->halted].t;
-    while (w->found[w->count - 1].t > halt + together)
-        w->count--;
-    w->counted = w->count;
-    w->row = record->count - 1;
-    w->found[w->halted].t = record->t[w->row];
-    memcpy(w->states + w->halted * width, record->y + w->row * (it->system.size + it->system.model->latches),
+    while (w->found[w->now.count - 1].t > halt + together)
+        w->now.count--;
+    w->now.counted = w->now.count;
+    w->now.row = record->count - 1;
+    w->found[w->halted].t = record->t[w->now.row];
+    memcpy(w->states + w->halted * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
            width * sizeof *w->states);
-    see_row(it, w->row, &w->last);
+    see_row(it, w->now.row, &w->now.last);
     /* what was below zero before and has not come is to come, though it be zero now */
     const size_t signals = 2 * (size_t)it->system.model->indicators;
     unsigned char *flags = w->flags + w->halted * signals;
-    for (size_t k = 0; k < w->count; k++)
+    for (size_t k = 0; k < w->now.count; k++)
         if (w->since[k] >= w->since[w->halted]) /* in the same piece, or together with it behind an impact */
             flags[2 * w->found[k].indicator + (w->found[k].direction < 0)] = 0;
     for (size_t k = 0; k < signals; k++) {
         const int i = (int)(k / 2);
-        w->below[k] = (unsigned char)(is_below(&w->last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
+        w->now.below[k] = (unsigned char)(is_below(&w->now.last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
     }
 }
 
@@ -457,7 +445,7 @@ int ccgen_crossings(struct ccgen_simulation *it, size_t *count, const struct ccg
     enum outcome outcome = it->run.tells ? OUTCOME_DONE : OUTCOME_BAD_SETTINGS;
     if (it->watch)
         outcome = look_at_all(it);
-    *count = it->watch ? it->watch->count : 0;
+    *count = it->watch ? it->watch->now.count : 0;
     *crossings = *count ? it->watch->found : NULL;
     *states = *count ? it->watch->states : NULL;
     return outcome;
@@ -473,7 +461,7 @@ enum outcome look_at_all(struct ccgen_simulation *it)
 void forget_rows_looked_at(struct ccgen_simulation *it)
 {
     if (it->watch)
-        it->watch->row = 0;
+        it->watch->now.row = 0;
 }
 
 enum outcome find_crossings(struct ccgen_simulation *it)
@@ -482,21 +470,21 @@ enum outcome find_crossings(struct ccgen_simulation *it)
     const struct record *record = &it->run.record;
     const size_t rows = record->count;
     enum outcome outcome = rows ? OUTCOME_DONE : OUTCOME_NOT_BEGUN;
-    if (!outcome && !w->begun)
+    if (!outcome && !w->now.begun)
         outcome = look_at_row(it, 0, 0);
-    while (!outcome && w->row + 1 < rows) {
-        const size_t row = w->row, next = row + 1;
+    while (!outcome && w->now.row + 1 < rows) {
+        const size_t row = w->now.row, next = row + 1;
         const double t = record->t[row], then = record->t[next];
         const int last = next + 1 == rows || record->t[next + 1] > then; /* of its time */
         if (interrupted(&it->run.interruption, 0))
             return OUTCOME_INTERRUPTED;
         if (then > t)
             outcome = record->events[next] ? look_through_step(it, row, record->events[next]) : OUTCOME_DONE;
-        else if (w->last.t < t) /* before an impact, behind a quiet step */
+        else if (w->now.last.t < t) /* before an impact, behind a quiet step */
             outcome = look_at_row(it, row, 0);
         if (!outcome && !(then > t) && last)
             outcome = look_at_row(it, next, 0);
-        w->row += !outcome;
+        w->now.row += !outcome;
     }
     return outcome;
 }
