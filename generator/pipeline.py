@@ -136,7 +136,7 @@ def _identity(scene: Scene, variant: Variant) -> str:
 
 def _scenes(scene: Scene) -> tuple[Scene, ...]:
     """The scene, and those of the structures that it comes to."""
-    return (scene, *(one.scene for one in scene.structures), *(one.scene for one in scene.switched))
+    return (scene, *(one.scene for one in scene.structures))
 
 
 def _hash(scene: Scene, variant: Variant) -> str:
@@ -202,7 +202,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         indicators=len(scene.indicators),
     )
     models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
-    extra = switching_data(scene, models) | event_data(scene, models)
+    extra = switching_data(scene, models) | event_data(scene)
     data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, extra)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
     switches = [side for effect in scene.effects for side in effect.sides()]

@@ -71,16 +71,18 @@ def derive_scene(
     (:data:`~.planning.choose.PLANS`), or of the ``choice`` where it has been made.
     """
     from .derive.derivation import derive
+    from .derive.gated import gated
     from .effect_base.indicators import Indicator
 
     choice = choice or plan_scene(scene, plan, fold=fold)[1]
     topology = choice.topology
     indicators = tuple(Indicator(when, scene.mechanism) for when, _ in scene.indicators)
-    equations = derive(scene.mechanism, topology, choice.plan, scene.effects, indicators)
+    effects = gated(scene.effects, scene.gates)
+    equations = derive(scene.mechanism, topology, choice.plan, effects, indicators)
     if fold:
         from .program.fold import fold as folded
 
-        equations = folded(equations)
+        equations = folded(equations, [gate for gate in scene.gates if gate])
     return topology, equations
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ccgen.runtime import Model
     from ccgen.runtime.model.parameters import Parameters
 
-    from ..mechanism.links import Parameter
     from ..scene import Scene
 
 OF_RUNS = ("until", "rtol", "method", "step")
@@ -107,7 +106,7 @@ def parameters_of(scene: Scene, fold: bool = False) -> Parameters:
     from ..mechanism.implied import implied
     from ..package.parameter_data import data_over_time, parameter_data, resting_data
 
-    declared = parameter_data(_parameters(scene))
+    declared = parameter_data(scene.parameters())
     resting = resting_data(scene.mechanism, implied(scene.mechanism, scene.driven))
     folded = scene.name if fold and declared else ""
     return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects))
@@ -237,16 +236,9 @@ def _moved(one: Scene, other: Scene) -> bool:
     return any(abs(a - b) > SEEN for a, b in zip(*off, strict=True))
 
 
-def _parameters(scene: Scene) -> Iterator[Parameter]:
-    """All parameters, in the order in which models have them."""
-    yield from scene.mechanism.parameters()
-    for effect in scene.effects:
-        yield from effect.parameters()
-
-
 def _values(scene: Scene) -> dict[str, float]:
     """Of all parameters, by their paths."""
-    return {one.path: one.value for one in _parameters(scene)}
+    return {one.path: one.value for one in scene.parameters()}
 
 
 def _wrong_unit(path: str, value: float, scene: Scene) -> str:

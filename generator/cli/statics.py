@@ -124,9 +124,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
 
 def _tell_time(model: Model, q: FloatArray) -> None:
     """Say so where loads depend on time, which stands still here."""
-    from ccgen.runtime.loading.structures import at_start
-
-    rest, model = np.zeros((1, len(q))), at_start(model)
+    rest = np.zeros((1, len(q)))
     loads = [model.kernels.inverse_dynamics(q[None], rest, t, rest) for t in (0.0, *SOME_TIMES)]
     if any(np.any(later != loads[0]) for later in loads[1:]):
         typer.echo("note: loads that depend on time are those at t = 0 throughout")

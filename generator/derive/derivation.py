@@ -24,7 +24,6 @@ from ..planning.plan import Plan
 from .closure import Closure
 from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
-from .gaps import JointGap
 from .gibbs import Recursion
 from .indicators import LENGTH, PACE, Indicates
 from .inverse import Inverse
@@ -95,10 +94,7 @@ class _Derivation:
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
-        names = tuple(
-            ContactName(gap.name, gap.ground, gap.angular, isinstance(gap, JointGap) and gap.slides)
-            for gap in self.contacts
-        )
+        names = tuple(ContactName(gap.name, gap.ground, gap.angular, gap.slides) for gap in self.contacts)
         return Equations(
             tuple(parameters),
             self.state,

@@ -152,6 +152,7 @@ class RollerGap:
     restitution: sp.Expr
     friction: sp.Expr = sp.S.Zero
     angular = False
+    slides = False
 
     def points(self) -> tuple[PointRef, ...]:
         return (self.cam, self.disc)
@@ -286,6 +287,7 @@ class FaceGap:
     restitution: sp.Expr
     friction: sp.Expr = sp.S.Zero
     angular = False
+    slides = False
 
     def points(self) -> tuple[PointRef, ...]:
         return (self.cam, self.start, self.end)

@@ -115,6 +115,11 @@ class Gap(Protocol):
     @property
     def angular(self) -> bool: ...
 
+    @property
+    def slides(self) -> bool:
+        """Whether it ends the line of a joint that slides."""
+        ...
+
     def points(self) -> tuple[PointRef, ...]:
         """Points to which arms are needed."""
         ...
@@ -161,6 +166,7 @@ class PlaneGap:
     friction: sp.Expr = sp.S.Zero
     radius: sp.Expr = sp.S.Zero
     angular = False
+    slides = False
 
     @property
     def tangent(self) -> Vector:

@@ -31,6 +31,7 @@ class RopeGap:
     restitution: sp.Expr
     friction: sp.Expr = sp.S.Zero
     angular = False
+    slides = False
 
     def points(self) -> tuple[PointRef, ...]:
         return tuple(dict.fromkeys(point for piece in self.pieces for point in piece))

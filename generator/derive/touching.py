@@ -67,6 +67,7 @@ class Pair:
     restitution: sp.Expr
     friction: sp.Expr = sp.S.Zero
     angular = False
+    slides = False
 
     def points(self) -> tuple[PointRef, ...]:
         return (self.disc, self.other, *((self.edge.end,) if self.edge else ()))

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..derive.expanded import ExpandedForm, expand
+from ..derive.gated import gated
 from ..equations.equations import OTHERWISE, Equations
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
@@ -56,7 +57,8 @@ def show_text(
             f"--expand: found {', '.join(e.title for e in scene.effects if e.driven())}, expected no [[drive]]: the "
             "expanded form knows no prescribed motion; leave out --expand"
         )
-    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
+    effects = gated(scene.effects, scene.gates)
+    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), effects) if expanded else None
     choice = plan_scene(scene, plan, fold=fold)[1]
     topology, derived = derive_scene(scene, fold, choice=choice)
     summary, added = summarize(changed or scene, choice, derived), prices(scene, fold, derived, choice)

@@ -16,11 +16,13 @@ GROUND = -1
 
 @dataclass(frozen=True)
 class Domain:
-    """Finite numbers that a parameter may be: from ``minimum``, or above ``above``, to ``maximum``, as far as given."""
+    """Finite numbers that a parameter may be: from ``minimum``, or above ``above``, to ``maximum``, as far as given;
+    only ``whole`` ones, if so."""
 
     minimum: float | None = None
     above: float | None = None
     maximum: float | None = None
+    whole: bool = False
 
     def __contains__(self, value: float) -> bool:
         return (
@@ -28,6 +30,7 @@ class Domain:
             and (self.minimum is None or value >= self.minimum)
             and (self.above is None or value > self.above)
             and (self.maximum is None or value <= self.maximum)
+            and not (self.whole and value % 1.0)
         )
 
 
@@ -35,6 +38,7 @@ ANY = Domain()
 POSITIVE = Domain(above=0.0)
 NOT_NEGATIVE = Domain(minimum=0.0)
 FROM_0_TO_1 = Domain(minimum=0.0, maximum=1.0)
+OFF_OR_ON = Domain(minimum=0.0, maximum=1.0, whole=True)
 
 
 @dataclass(frozen=True)

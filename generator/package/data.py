@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import sympy as sp
 
-from ..effect_base.effect import Effect
+from ..effect_base.effect import Effect, Rim
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
 from ..mechanism.joints import Joint
@@ -14,7 +14,7 @@ from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
-from ..scene.scene import Scene
+from ..scene.scene import ON, Scene
 from .parameter_data import data_over_time, parameter_data, resting_data
 from .schema import ModelData
 from .start_data import coordinates, start_data
@@ -74,7 +74,8 @@ def model_data(
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "slide_ends": [contact.ground for contact in equations.contacts if contact.slides],
-        "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
+        "gates": _gates(scene),
+        "grounds": _planes(scene),
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "drawn": {
@@ -103,9 +104,8 @@ def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
     return [f"{mechanism.joints[cut.joint].name}.{row}" for cut in topology.cuts for row in cut.rows]
 
 
-def event_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
-    """The events of a scene, and what they switch, with package and hash of the ``models`` that it comes to by that;
-    nothing where it has none."""
+def event_data(scene: Scene) -> Json:
+    """The events of a scene; nothing where it has none."""
     if not scene.events:
         return {}
     lists = ("on", "off")
@@ -115,16 +115,33 @@ def event_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
             for event in scene.events
         ]
     }
-    if scene.switched:
-        own = zip(scene.switched, models[-len(scene.switched) :], strict=True)
-        data["switched"] = {
-            "off": [*scene.off],
-            "models": [
-                {"off": [*one.off], "model": one.scene.name, "package": package, "hash": hash_}
-                for one, (package, hash_) in own
-            ],
-        }
     return data
+
+
+def _gates(scene: Scene) -> list[Json]:
+    """What each gate switches."""
+    effects = scene.effects
+    of_contacts = [gate for effect, gate in zip(effects, scene.gates, strict=False) for _ in effect.gaps(_unnamed)]
+    return [
+        {
+            "effect": gate.path.removesuffix(ON),
+            "parameter": gate.path,
+            "contacts": [number for number, one in enumerate(of_contacts) if one == gate],
+            "latches": [name for name, _ in effect.latches()],
+        }
+        for effect, gate in zip(effects, scene.gates, strict=False)
+        if gate
+    ]
+
+
+def _unnamed(_: str, expression: sp.Expr) -> sp.Expr:
+    return expression
+
+
+def _where_on(scene: Scene, effects: Iterable[int]) -> Json:
+    """The gates one of which is 1 where something of these effects is there; nothing where it always is."""
+    gates = [scene.gate(effect) for effect in effects]
+    return {"on": [gate.path for gate in gates if gate]} if all(gates) else {}
 
 
 def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
@@ -185,7 +202,10 @@ def _ends(mechanism: Mechanism, joint: Joint) -> Json:
 
 def _discs(scene: Scene) -> list[Json]:
     """Each disc and each edge once, and closed curves."""
-    found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
+    found: dict[Rim, list[int]] = {}
+    for index, effect in enumerate(scene.effects):
+        for rim in effect.rims():
+            found.setdefault(rim, []).append(index)
     point = scene.mechanism.point
     discs: list[Json] = [
         {
@@ -193,13 +213,21 @@ def _discs(scene: Scene) -> list[Json]:
             "point": _point(point(ref)),
             "end": _point(point(end)) if end else None,
             "radius": [part.path for part in radius] if isinstance(radius, tuple) else _coordinate(radius),
+            **_where_on(scene, effects),
         }
-        for ref, end, radius in found
+        for (ref, end, radius), effects in found.items()
     ]
-    curves = (curve for effect in scene.effects for curve in effect.curves())
     return discs + [
-        {"link": ref.link, "point": _point(point(ref)), "end": None, "radius": 0.0, "around": [*map(list, around)]}
-        for ref, around in curves
+        {
+            "link": ref.link,
+            "point": _point(point(ref)),
+            "end": None,
+            "radius": 0.0,
+            "around": [*map(list, around)],
+            **_where_on(scene, [index]),
+        }
+        for index, effect in enumerate(scene.effects)
+        for ref, around in effect.curves()
     ]
 
 
@@ -212,8 +240,9 @@ def _parts(scene: Scene) -> list[Json]:
             "links": [ref.link for ref in refs],
             "points": [_point(scene.mechanism.point(ref)) for ref in refs],
             "numbers": [n if isinstance(n, float) else _coordinate(n) for n in numbers],
+            **_where_on(scene, [index]),
         }
-        for effect in scene.effects
+        for index, effect in enumerate(scene.effects)
         for kind, name, refs, numbers in effect.parts(scene.mechanism)
     ]
 
@@ -225,8 +254,9 @@ def _ropes(scene: Scene) -> list[Json]:
             "name": name,
             "links": [ref.link for ref in refs],
             "points": [_point(scene.mechanism.point(ref)) for ref in refs],
+            **_where_on(scene, [index]),
         }
-        for effect in scene.effects
+        for index, effect in enumerate(scene.effects)
         for name, refs in effect.ropes()
     ]
 
@@ -300,5 +330,9 @@ def _coordinate(parameter: Parameter | None) -> str | float:
     return parameter.path if parameter else 0.0
 
 
-def _planes(effect: Effect) -> list[Json]:
-    return [{"name": name, "point": _point(point), "normal": _point(normal)} for name, point, normal in effect.planes()]
+def _planes(scene: Scene) -> list[Json]:
+    return [
+        {"name": name, "point": _point(point), "normal": _point(normal), **_where_on(scene, [index])}
+        for index, effect in enumerate(scene.effects)
+        for name, point, normal in effect.planes()
+    ]

@@ -41,6 +41,7 @@ class DomainData(Data):
     minimum: float | None = entry("the least value", unit="as the value")
     above: float | None = entry("what the value must be larger than", unit="as the value")
     maximum: float | None = entry("the largest value", unit="as the value")
+    whole: bool = Field(default=False, description="whether it is a whole number; left out where not")
 
 
 class ParameterData(Data):
@@ -85,6 +86,9 @@ class PlaneData(Data):
     name: str = entry("the ground's name")
     point: Place = entry("a point of its surface", "[2]", "m")
     normal: Place = entry("the direction out of it, of any length but zero", "[2]")
+    on: list[str] = Field(
+        default=[], description="gates of which one is 1 where it is there; left out where it always is"
+    )
 
 
 class DiscData(Data):
@@ -97,6 +101,9 @@ class DiscData(Data):
     around: list[tuple[float, float]] = Field(
         default=[], description="of a profile, its corners about the centre; left out where it is a disc or an edge"
     )
+    on: list[str] = Field(
+        default=[], description="gates of which one is 1 where it is there; left out where it always is"
+    )
 
 
 class RopeData(Data):
@@ -107,6 +114,9 @@ class RopeData(Data):
         "the links of its points, in order; -1: the ground", "[...]"
     )
     points: Annotated[list[Place], Field(min_length=2)] = entry("where these are in the links' frames", "[...][2]", "m")
+    on: list[str] = Field(
+        default=[], description="gates of which one is 1 where it is there; left out where it always is"
+    )
 
 
 PartKind = Literal[
@@ -147,6 +157,9 @@ class PartData(Data):
         "reversed, of a force x and y (1 or 0 where it changes with time), then 1 where it does, then 1 where its axes "
         "turn with the link, of a torque its value, 1 where that changes with time",
         unit="m, rad, N, N m",
+    )
+    on: list[str] = Field(
+        default=[], description="gates of which one is 1 where it is there; left out where it always is"
     )
 
 
@@ -265,20 +278,13 @@ class EventData(Data):
     off: list[str] = entry("effects that do not")
 
 
-class SwitchedModelData(Data):
-    """What the mechanism is while effects are off."""
+class GateData(Data):
+    """An effect that events switch on and off."""
 
-    off: list[str] = entry("those effects")
-    model: str = entry("the name of its model")
-    package: str = entry("the folder of its model, beside this one")
-    hash: str = entry("the hash of that model's scene")
-
-
-class SwitchedData(Data):
-    """Effects that events switch, and the models of what the mechanism is then."""
-
-    off: list[str] = entry("those that are off at the start")
-    models: list[SwitchedModelData] = entry("one for all that are off together at some time")
+    effect: str = entry("its name")
+    parameter: str = entry("the parameter that is 1 while it acts and 0 while it is off")
+    contacts: list[int] = entry("the numbers of its contacts", "[...]")
+    latches: list[str] = entry("names of the values that it holds")
 
 
 class ModelData(Data):
@@ -368,9 +374,7 @@ class ModelData(Data):
         default=None, description="joints that let go and take hold; absent where none does"
     )
     events: list[EventData] = Field(default=[], description="instants that are asked for; absent where none is")
-    switched: SwitchedData | None = Field(
-        default=None, description="effects that events switch on and off; absent where none does"
-    )
+    gates: list[GateData] = Field(default=[], description="effects that events switch; left out where none does")
 
 
 def schema_text() -> str:

@@ -8,7 +8,7 @@ links and lengths of 1 pay off. No expression is multiplied out, so nothing that
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import sympy as sp
@@ -16,6 +16,7 @@ from sympy.core.parameters import distribute
 
 from ..equations.equations import Assignment, Block, Equations, Kernel
 from ..equations.step import step
+from ..mechanism.links import Parameter
 from .errors import FoldError
 
 EXACT = 2.0**53
@@ -37,27 +38,29 @@ FUNCTIONS: dict[type[sp.Basic], Callable[[float], float]] = {
 }
 
 
-def fold(equations: Equations) -> Equations:
-    """The same equations with the values of all parameters in them; they have no parameters then, but ``folded`` ones.
+def fold(equations: Equations, kept: Collection[Parameter] = ()) -> Equations:
+    """The same equations with the values of all parameters but those ``kept`` in them; those alone are parameters then,
+    and all are ``folded`` ones.
 
     Numbers are those of double arithmetic: results agree with the unfolded equations to rounding. Raises
     :class:`FoldError` when values leave an equation without a finite number.
     """
     with distribute(False):
-        return _Folding(equations).equations()
+        return _Folding(equations, tuple(kept)).equations()
 
 
 class _Folding:
-    def __init__(self, given: Equations) -> None:
-        self.given = given
-        self.meaning: dict[sp.Symbol, sp.Expr] = {sp.Symbol(p.symbol): number(p.value) for p in given.parameters}
+    def __init__(self, given: Equations, kept: tuple[Parameter, ...]) -> None:
+        self.given, self.kept = given, kept
+        folded = (p for p in given.parameters if p not in kept)
+        self.meaning: dict[sp.Symbol, sp.Expr] = {sp.Symbol(p.symbol): number(p.value) for p in folded}
         self.names: dict[sp.Expr, sp.Expr] = {}
 
     def equations(self) -> Equations:
         given = self.given
         blocks = tuple(block for block in map(self._block, given.blocks) if block.assignments)
         kernels = tuple(map(self._kernel, given.kernels))
-        return replace(given, parameters=(), blocks=blocks, kernels=kernels, folded=given.parameters)
+        return replace(given, parameters=self.kept, blocks=blocks, kernels=kernels, folded=given.parameters)
 
     def _block(self, block: Block) -> Block:
         kept = [a for a in map(self._assignment, block.assignments) if a is not None]

@@ -18,7 +18,7 @@ from .schema import GroundLinkTable, JointTable, LinkTable
 
 def units_of(scene: Scene, path: str) -> tuple[str, ...]:
     """The units one of which a parameter has, as ``kg`` for ``crank.mass``; none where its table has no such key."""
-    if unit := next((one.unit for effect in scene.effects for one in effect.parameters() if one.path == path), ""):
+    if unit := next((one.unit for one in scene.parameters() if one.path == path), ""):
         return (unit,)
     owner, _, below = path.partition(".")
     key = below.partition(".")[0]

@@ -1,32 +1,20 @@
-"""Effects that events switch on and off, and the structures that a scene comes to by that."""
+"""Effects that events switch on and off."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from ..effect_base.table import Table
+from ..mechanism.links import OFF_OR_ON, Parameter
 from .errors import Path, Report
 from .event_table import EventTable
+from .scene import ON
 
 SWITCHABLE = (
     *("ground", "compliant_ground", "stop", "touch", "compliant_touch", "journal", "rope"),
     *("spring", "damper", "torsion", "joint_friction", "brake", "drag", "motor", "force", "torque"),
 )
 """Effects without which a mechanism has the same coordinates and loops."""
-MOST_STRUCTURES = 16
-"""Each is a model of its own."""
-
-
-@dataclass(frozen=True)
-class Switches:
-    """What is ``off`` at the start, and what is off together at some time, in the scene's order, but nothing."""
-
-    off: tuple[str, ...] = ()
-    sets: tuple[tuple[str, ...], ...] = ()
-
-
-NOTHING_SWITCHED = Switches()
 
 
 def name_of(path: Path, table: Table) -> str:
@@ -35,17 +23,14 @@ def name_of(path: Path, table: Table) -> str:
     return given if isinstance(given, str) else "_".join(str(part) for part in path)
 
 
-def switches_of(
+def gates_of(
     events: Sequence[tuple[Path, EventTable]],
     off: Sequence[str],
     effects: Sequence[tuple[Path, str]],
-    changing: bool,
     report: Report,
-) -> Switches:
-    """What the events switch, with ``off`` at the start; ``effects`` are keys and names of the scene's effects.
-
-    ``changing``: whether joints let go or take hold. Faults are told, and nothing is switched then.
-    """
+) -> dict[Path, Parameter]:
+    """The gates of the effects that events switch, by the keys of their tables, with ``off`` at the start; ``effects``
+    are keys and names of the scene's effects. Faults are told, and nothing is switched then."""
     before = len(report.found)
     known = {name: str(path[0]) for path, name in effects}
     named = _named(events, report)
@@ -57,28 +42,13 @@ def switches_of(
                 ("start", "off", index),
                 f'found "{name}", expected an effect that an [[event]] switches on; add it to on of one',
             )
-    if named and changing:
-        report.add(
-            next(iter(named.values())),
-            "found an effect that is switched beside joints that let go or take hold, expected one of the two; set its "
-            "parameters instead, as a stiffness to 0",
-        )
-    if len(report.found) > before or not named:
-        return NOTHING_SWITCHED
-    found = [frozenset(off)]
-    for now in found:
-        every = [(now | frozenset(event.off)) - frozenset(event.on) for _, event in events]
-        found += [then for then in dict.fromkeys(every) if then not in found]
-    if len(found) > MOST_STRUCTURES:
-        report.add(
-            next(iter(named.values())),
-            f"found effects that are on and off in {len(found)} ways, expected at most {MOST_STRUCTURES}, because each "
-            "is a model of its own; switch fewer",
-        )
-        return NOTHING_SWITCHED
-    order = list(known)
-    sets = [tuple(sorted(one, key=order.index)) for one in found]
-    return Switches(sets[0], tuple(sorted(filter(None, sets), key=lambda one: [order.index(name) for name in one])))
+    if len(report.found) > before:
+        return {}
+    return {
+        path: Parameter(f"{name}{ON}", f"on_{'_'.join(map(str, path))}", float(name not in off), OFF_OR_ON, "1")
+        for path, name in effects
+        if name in named
+    }
 
 
 def _named(events: Sequence[tuple[Path, EventTable]], report: Report) -> dict[str, Path]:

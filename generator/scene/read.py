@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..effect_base.contact import Law
 from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
 from ..effects import REGISTRY
+from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 from .angles import judge_angle
 from .around import with_around
@@ -44,10 +45,10 @@ from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES
 from .meant import unknown_key
 from .meshed import meshed
 from .module_names import hidden_module
-from .on_off import NOTHING_SWITCHED, Switches, name_of, switches_of
+from .on_off import gates_of, name_of
 from .open_joints import with_open
 from .placing import place_parts
-from .scene import Asked, RunSettings, Scene, Start, Structure, Switched
+from .scene import Asked, RunSettings, Scene, Start, Structure
 from .schema import (
     GroundLinkTable,
     JointTable,
@@ -96,16 +97,14 @@ class Parts:
     said: ChangeTables
     changes: tuple[Change, ...] = ()
     events: tuple[Event, ...] = ()
-    switches: Switches = NOTHING_SWITCHED
+    gates: Mapping[Path, Parameter] = field(default_factory=dict)
 
 
 class Other(NamedTuple):
-    """Another structure than that of the start: the joints that do not hold in it, the scene's start, and the effects
-    that are off."""
+    """Another structure than that of the start: the joints that do not hold in it, and the scene's start."""
 
     opened: frozenset[str]
     start: Start
-    off: tuple[str, ...] = ()
 
 
 T = TypeVar("T", bound=Table)
@@ -157,10 +156,6 @@ def _scene_of(tables: Tables, name: str, report: Report, values: Mapping[str, fl
         structures = _structures(scene, tables, parts.said, report, values)
         report.stop_if_any()
         scene = replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
-    if parts.switches.sets:
-        switched = _switched(scene, tables, parts.switches, report, values)
-        report.stop_if_any()
-        scene = replace(scene, off=parts.switches.off, switched=switched)
     scene = replace(
         scene,
         keys_of_effects=tuple(str(path[0]) for path, _ in parts.effects),
@@ -190,7 +185,10 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
     effects = tuple(effect for _, effect in parts.effects)
     mechanism = parts.bodies.mechanism
     asked = Asked(tuple(output.plot), tuple(output.table), output.times)
-    return Scene(name, mechanism, effects, parts.start, settings, asked, report.remarks, events=parts.events)
+    gates = tuple(parts.gates.get(path) for path, _ in parts.effects) if parts.gates else ()
+    return Scene(
+        name, mechanism, effects, parts.start, settings, asked, report.remarks, events=parts.events, gates=gates
+    )
 
 
 def _structures(
@@ -212,22 +210,6 @@ def _structures(
     return tuple(found)
 
 
-def _switched(
-    scene: Scene, tables: Tables, switches: Switches, report: Report, values: Mapping[str, float]
-) -> tuple[Switched, ...]:
-    """What the mechanism of a ``scene`` is while effects are off."""
-    found = []
-    for off in switches.sets:
-        own = Report(report.file)
-        parts = _read(tables, own, other=Other(frozenset(), scene.start, off), values=values)
-        for path, message in own.found:
-            report.add(path, f"without {', '.join(off)}: {message}")
-        if not own.found:
-            one = _scene(f"{scene.name}-off-{'-'.join(off)}", parts, own)
-            found.append(Switched(off, replace(one, watched=scene.events)))
-    return tuple(found)
-
-
 def _read(
     tables: Tables,
     report: Report,
@@ -239,8 +221,8 @@ def _read(
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
     With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
-    there, and effects take what they take from the scene's start; those that are off are left out. What is read
-    ``again``, with stand-ins, tells no lengths that are too large: they may be the cause of what is told.
+    there, and effects take what they take from the scene's start. What is read ``again``, with stand-ins, tells no
+    lengths that are too large: they may be the cause of what is told.
     """
     names = read_names(tables.get("let", {}), report)
     begun = _table(StartTable, tables, "start", names, report)
@@ -253,6 +235,7 @@ def _read(
     elif begun and released:
         begun = without_open(begun, released)
     effect_tables = _effect_tables(tables, names, report)
+    every = effect_tables
     run = _table(RunTable, tables, "run", names, report)
     output = _table(OutputTable, tables, "output", names, report)
     if output and output.times is not None and not output.table:
@@ -261,25 +244,21 @@ def _read(
     events_said: list[tuple[Path, EventTable]] = [(("event", index), table) for index, table in many if table]
     changes: tuple[Change, ...] = ()
     if bodies and said.rows:
-        every = [joint.name for joint in (*bodies.mechanism.joints, *bodies.mechanism.open)]
-        own = [name for name in every if name not in bodies.mechanism.aids]
+        joints = [joint.name for joint in (*bodies.mechanism.joints, *bodies.mechanism.open)]
+        own = [name for name in joints if name not in bodies.mechanism.aids]
         if check_tables(said, own, bodies.mechanism.welds, report):
             changes = changes_of(said, bodies.mechanism, report)
         check_effects_at([(one.entry.key, one.path, one.table) for one in effect_tables], said, report)
         acting = [(one, at_open_joints(one.table, one.entry.key, released)) for one in effect_tables]
         effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
-    named = [(one.path, name_of(one.path, one.table)) for one in effect_tables]
-    off = {path for path, name in named if other is not None and name in other.off}
-    switches = NOTHING_SWITCHED
-    if other is None:
-        switches = switches_of(events_said, begun.off or () if begun else (), named, bool(said.rows), report)
+    named = [(one.path, name_of(one.path, one.table)) for one in (every if other else effect_tables)]
+    gates = valued(gates_of(events_said, begun.off or () if begun else (), named, report), values)
     effects = _effects(effect_tables, bodies, names, report) if bodies else []
     if bodies:
         bodies = integrating(bodies, effects, bool(said.rows), report)
-    effects = [(path, effect) for path, effect in effects if path not in off]
     effects = [(path, valued(effect, values)) for path, effect in effects]
     bodies = meshed(bodies, effects) if bodies else None
-    absent = {path for path, name in named if name in switches.off}
+    absent = {path for path, gate in gates.items() if not gate.value}
     holds = said.of(HoldTable) if other is None else ()
     start = None
     if bodies and begun:
@@ -290,7 +269,7 @@ def _read(
         bodies = meshed(bodies, effects)
     events = _events(events_said, bodies, effects, names, report) if bodies and other is None else ()
     law = law_of_all(tables, MODELS, report)
-    return Parts(bodies, effects, start, run, output, law, said, changes, events, switches)
+    return Parts(bodies, effects, start, run, output, law, said, changes, events, gates)
 
 
 def _events(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
 from ..mechanism.integrators import without_integrators
+from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 from .changes import Change
 from .drawn import Anchor
@@ -20,6 +21,8 @@ from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
 T = TypeVar("T")
+ON = ".on"
+"""Behind the name of an effect in that of its gate."""
 
 
 @dataclass(frozen=True)
@@ -147,14 +150,6 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Switched:
-    """What the mechanism is while the effects ``off`` are absent: a scene of its own, which is run by none."""
-
-    off: tuple[str, ...]
-    scene: Scene
-
-
-@dataclass(frozen=True)
 class Scene:
     """A mechanism, what acts on it, where it starts and how it is run.
 
@@ -162,9 +157,9 @@ class Scene:
     ``output`` is what is looked at of a run, which changes no model. ``remarks`` say how values are understood that may
     be meant otherwise, one sentence each; they change nothing.
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
-    the start. ``events`` are instants of a run that are asked for, ``off`` the effects
-    that they switch and that are off at the start, ``switched`` what the mechanism is while some are. Each of these
-    looks for the events of the whole, which are its ``watched``.
+    the start. ``events`` are instants of a run that are asked for. ``gates`` are, for each of the effects, the
+    parameter that is 1 while it acts and 0 while it is off, or ``None`` where no event switches it; no gates where
+    none is switched.
     ``keys_of_effects`` are the keys of the effects' tables, ``worked_out`` the links whose inertia follows from what
     they are made of.
     """
@@ -179,9 +174,7 @@ class Scene:
     changes: tuple[Change, ...] = ()
     structures: tuple[Structure, ...] = ()
     events: tuple[Event, ...] = ()
-    off: tuple[str, ...] = ()
-    switched: tuple[Switched, ...] = ()
-    watched: tuple[Event, ...] = ()
+    gates: tuple[Parameter | None, ...] = ()
     keys_of_effects: tuple[str, ...] = field(default=(), compare=False)
     worked_out: tuple[str, ...] = field(default=(), compare=False)
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
@@ -230,7 +223,28 @@ class Scene:
         mechanism = dataclasses.replace(mechanism, meshes=meshes)
         poses, velocities = _of(links, self.start.poses), _of(links, self.start.velocities)
         start = dataclasses.replace(self.start, poses=poses, velocities=velocities, sketch=sketch)
-        return dataclasses.replace(self, mechanism=mechanism, effects=effects, start=start, keys_of_effects=keys)
+        gates = tuple(gate for index, gate in enumerate(self.gates) if index != effect)
+        return dataclasses.replace(
+            self, mechanism=mechanism, effects=effects, start=start, keys_of_effects=keys, gates=gates
+        )
+
+    @property
+    def off(self) -> tuple[str, ...]:
+        """Names of the effects that are off at the start."""
+        return tuple(gate.path.removesuffix(ON) for gate in self.gates if gate and not gate.value)
+
+    def gate(self, effect: int) -> Parameter | None:
+        """The gate of the effect of this index."""
+        return self.gates[effect] if self.gates else None
+
+    def parameters(self) -> Iterator[Parameter]:
+        """All parameters, in the order in which models have them."""
+        yield from self.mechanism.parameters()
+        for index, effect in enumerate(self.effects):
+            yield from effect.parameters()
+            gate = self.gate(index)
+            if gate:
+                yield gate
 
     @property
     def driven(self) -> tuple[int, ...]:
@@ -242,7 +256,7 @@ class Scene:
         """What a compiled model has of its events: expressions, each with 1 where its rises are events, -1 where its
         falls are, 0 where both are. Nothing where joints let go: events are looked for across structures there."""
         signs = {"rising": 1, "falling": -1, "either": 0}
-        every = () if self.changes else self.events or self.watched
+        every = () if self.changes else self.events
         return tuple((one.when, signs[one.direction]) for one in every)
 
     def canonical(self) -> str:
@@ -261,10 +275,8 @@ class Scene:
             parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
         if self.events:
             parts["events"] = self.events
-        if self.watched:
-            parts["watched"] = self.watched
-        if self.switched:
-            parts |= {"off": self.off, "switched": tuple((one.off, one.scene.canonical()) for one in self.switched)}
+        if self.gates:
+            parts["gates"] = self.gates
         if self.mechanism.outlines:
             parts["outlines"] = self.mechanism.outlines
         plain = {key: _plain(value) for key, value in parts.items()}

@@ -91,7 +91,7 @@ class Contacts:
 
     def depths(self, q: FloatArray) -> FloatArray:
         """How deep contacts are behind their surfaces, in parts of ``sizes`` (contacts,)."""
-        return -np.asarray(self.model.gaps(q), dtype=float) / self.sizes
+        return -np.asarray(self.model.kernels.of_q("gaps", np.asarray(q)[None])[0], dtype=float) / self.sizes
 
     def normals(self, q: FloatArray) -> FloatArray:
         """Rows N (contacts, nu) of the gaps' rates by u."""

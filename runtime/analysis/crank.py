@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from ..arrays import BoolArray, FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
-from ..loading.structures import at_start
 from ..model.drives import drive_columns
 from ..model.integrators import integral_rows
 from ..model.lined_up import lined_up
@@ -159,10 +158,9 @@ def driving_torque(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    acting = at_start(model)
-    if depth := inside(acting, first, DEEPEST):
+    if depth := inside(model, first, DEEPEST):
         raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
-    turn = _Turn(acting, drive, joint, float(rate), first)
+    turn = _Turn(model, drive, joint, float(rate), first)
     turned = 2.0 * np.pi * np.arange(samples + 1) / samples
     rows = [turn.sample(one) for one in turned]
     torque = np.array([row[3] for row in rows])

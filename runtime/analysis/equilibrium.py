@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
-from ..loading.structures import at_start, of_all_contacts
 from ..model.drives import drive_columns
 from ..model.integrators import refuse_integrals
 from ..model.meshes import mesh_forces
@@ -124,10 +123,9 @@ def static_equilibrium(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    acting = at_start(model)
-    if depth := inside(acting, first, DEEPEST):
+    if depth := inside(model, first, DEEPEST):
         raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
-    statics = Statics(acting, held, first, given)
+    statics = Statics(model, held, first, given)
     found, hold = rest_from(statics, first, nearest)
     stability, values = _judge(statics, found, hold)
     return Equilibrium(
@@ -136,11 +134,11 @@ def static_equilibrium(
         values,
         statics.reactions(found, hold.forces),
         statics.residual(found, hold),
-        tuple(acting.contacts[k] for k in np.flatnonzero(hold.closed)),
-        of_all_contacts(model, acting, hold.forces),
-        of_all_contacts(model, acting, hold.ranges),
+        tuple(model.contacts[k] for k in np.flatnonzero(hold.closed)),
+        hold.forces,
+        hold.ranges,
         _note(statics, found, hold),
-        mesh_forces(acting, statics.multipliers(found, hold.forces)),
+        mesh_forces(model, statics.multipliers(found, hold.forces)),
     )
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
-from ..loading.structures import at_start, own_contacts
 from ..model.drives import drive_columns, drive_rows
 from ..model.inputs import Values
 from ..model.integrators import integral_rows
@@ -78,12 +77,9 @@ def inverse_dynamics(
     if read_numbers(t, "t").ndim or not np.isfinite(read_numbers(t, "t")):
         raise ValueError(f"t: found {told(t)}, expected a finite number")
     opening = _closure_accelerations(model, *states, wanted)
-    acting = at_start(model)
-    with acting.given(inputs):
-        forces = acting.kernels.inverse_dynamics(*states, t, wanted)
-    if contact_forces is not None and acting is not model:
-        contact_forces = _acting_forces(model, acting, contact_forces, () if single else (len(states[0]),))
-    forces = forces - _contact_loads(acting, *states, wanted, contact_forces, single)
+    with model.given(inputs):
+        forces = model.kernels.inverse_dynamics(*states, t, wanted)
+    forces = forces - _contact_loads(model, *states, wanted, contact_forces, single)
     found = []
     for index, (one_q, force, miss) in enumerate(zip(states[0], forces, opening, strict=True)):
         scale = 1.0 + float(np.max(np.abs(wanted[index]))) * model.length
@@ -96,19 +92,6 @@ def inverse_dynamics(
     return found[0] if single else np.array(found)
 
 
-def _acting_forces(model: Model, acting: Model, given: ArrayLike, batch: tuple[int, ...]) -> FloatArray:
-    """The forces of the contacts that are not off, of those of all of the model's."""
-    found, shape = np.array(read_numbers(given, "contact_forces")), (*batch, len(model.contacts), 2)
-    if found.shape != shape:
-        raise ValueError(f"contact_forces: found shape {found.shape}, expected finite numbers {shape}")
-    own = own_contacts(model, acting)
-    for k in np.flatnonzero(np.any(found != 0.0, axis=tuple(axis for axis in range(found.ndim) if axis != len(batch)))):
-        if k not in own:
-            point, ground = model.contacts[k]
-            raise ValueError(f"contact_forces: found some at {point} on {ground}, which is off, expected zero there")
-    return found[..., own, :]
-
-
 def _contact_loads(
     model: Model, q: FloatArray, u: FloatArray, u_dot: FloatArray, given: ArrayLike | None, single: bool
 ) -> FloatArray:
@@ -118,6 +101,10 @@ def _contact_loads(
     found = np.zeros(shape) if given is None else np.array(read_numbers(given, "contact_forces"))
     if found.shape != shape or not np.all(np.isfinite(found)):
         raise ValueError(f"contact_forces: found shape {found.shape}, expected finite numbers {shape}")
+    for contact in model.off_contacts:
+        if np.any(found[..., model.contacts.index(contact), :]):
+            point, ground = contact
+            raise ValueError(f"contact_forces: found some at {point} on {ground}, which is off, expected zero there")
     contacts, loads, warned = Contacts(model), np.zeros_like(q), False
     if not count:
         return loads

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..extras import needed
-from ..loading.structures import at_start
 from ..model.drives import drive_rows
 from ..model.forces import Contacts
 from ..model.inputs import Values
@@ -123,8 +122,7 @@ def linearise(
     chosen = tuple(model.inputs if inputs is None else read_names(inputs, "inputs", "inputs"))
     if wrong := [name for name in chosen if name not in model.inputs]:
         raise ValueError(f"inputs: found {', '.join(wrong)}, expected some of {', '.join(model.inputs) or 'none'}")
-    acting = at_start(model)
-    at = _At(acting, state, rates, t, values, contacts)
+    at = _At(model, state, rates, t, values, contacts)
     own = [model.q_of[i] for i in at.independent]
     names = (*own, *map(rate_of, own))
     wanted = names if outputs is None else tuple(read_names(outputs, "outputs", "outputs"))

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import FloatArray
-from ..loading.structures import at_start
 from ..model.assembly import nearest_closed
 from ..model.model import Model
 from .cones import least_distance
@@ -44,7 +43,7 @@ class Nearing:
     metric: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.contacts = Contacts(at_start(self.model))
+        self.contacts = Contacts(self.model)
         self.metric = self.model.displacements()
         self.released = [drive["joint"] for drive in self.model.data["drives"]]
 

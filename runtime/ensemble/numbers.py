@@ -96,8 +96,8 @@ def _column(model: Model, path: str, given: ArrayLike) -> FloatArray:
     if values.ndim > 1:
         raise ValueError(f"params: {path}: found shape {values.shape}, expected a number or a row of them")
     current = model.parameters[path]
-    if model.folded:
-        model.parameters.update({path: current})
+    if path not in model.settable:
+        model.parameters.update({path: current})  # raises
     if path in model.data["rests_on"] and not np.all(values == current):
         model.with_parameters({path: next(x for x in values.ravel().tolist() if x != current)})
     return values
@@ -149,6 +149,8 @@ def outside(model: Model, numbers: Numbers) -> NDArray[np.bool_]:
         if values is None:
             continue
         wrong |= ~np.isfinite(values)
+        if domain.get("whole"):
+            wrong |= values % 1.0 != 0.0
         for bound, fails in (("minimum", np.less), ("above", np.less_equal), ("maximum", np.greater)):
             if domain[bound] is not None:
                 wrong |= fails(values, domain[bound])

@@ -61,8 +61,13 @@ def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float], beg
     if begin is not None:
         poses, velocities, *own = begin
         known = dict(zip(model.parameters, own[0], strict=True)) if own else dict(values)
-        model = (model if model.folded else model.with_parameters(known)).with_start(poses, velocities)
-    return model if model.folded else model.with_parameters(values)
+        model = _with(model, known).with_start(poses, velocities)
+    return _with(model, values)
+
+
+def _with(model: Model, values: Mapping[str, float]) -> Model:
+    """The model with those of the values that are no numbers in its code."""
+    return model.with_parameters({path: value for path, value in values.items() if path in model.settable})
 
 
 def _address(model: Model) -> tuple[Any, ...]:

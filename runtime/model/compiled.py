@@ -75,8 +75,9 @@ class Compiled:
         self._asked = RLock()
         self._inputs = np.zeros(len(self.inputs))
         folded = self.name if self.folded else ""
+        self.gates: Mapping[str, str] = {one["effect"]: one["parameter"] for one in data.get("gates", ())}
         own = data["parameters"], dict(values or {}), self._rebuild, folded
-        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}))
+        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}), self.gates.values())
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
@@ -91,7 +92,7 @@ class Compiled:
         return f"{of if isinstance(of, str) else self.links[of]}.{kind}"
 
     def _rebuild(self) -> None:
-        values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
+        values = np.array(list(self.settable.values()), dtype=float)
         angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
         lengths = [index for index, (kind, _) in enumerate(self.data["coordinates"]) if kind != "angle"]
         length, duration, law = self._extent(), self.duration, self.data["law"]
@@ -152,6 +153,28 @@ class Compiled:
         return self._parameters
 
     @property
+    def settable(self) -> Mapping[str, float]:
+        """Values of the parameters that are no numbers in the code, by their paths: all but those that are folded."""
+        every = self._parameters
+        return {path: every[path] for path in self.gates.values()} if self.folded else every
+
+    @property
+    def off(self) -> tuple[str, ...]:
+        """Names of the effects that are off, of those that events switch."""
+        return tuple(name for name, path in self.gates.items() if not self._parameters[path])
+
+    @property
+    def off_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Those of ``contacts`` whose effects are off."""
+        gates = (one for one in self.data.get("gates", ()) if not self._parameters[one["parameter"]])
+        return tuple(self.contacts[number] for one in gates for number in one["contacts"])
+
+    def _is_there(self, drawn: Mapping[str, Any]) -> bool:
+        """Whether an effect by which something is drawn is on."""
+        gates = drawn.get("on")
+        return not gates or any(self._parameters[path] for path in gates)
+
+    @property
     def outlines(self) -> tuple[FloatArray, ...]:
         """Per link that pictures show, which come first, what is drawn of it, corners in the link's frame, (m, 2) in m:
         its named points unless it says otherwise."""
@@ -172,6 +195,7 @@ class Compiled:
                 np.array(disc["around"]) if disc.get("around") else None,
             )
             for disc in self.data["discs"]
+            if self._is_there(disc)
             for ends in [self._coordinates([disc[end] for end in ("point", "end") if disc[end]])]
         )
 
@@ -186,6 +210,7 @@ class Compiled:
                 self._parameters.get(f"{rope['name']}.length"),
             )
             for rope in self.data.get("ropes", ())
+            if self._is_there(rope)
         )
 
     @property
@@ -211,6 +236,7 @@ class Compiled:
                 one["kind"], one["name"], one["links"], self._coordinates(one["points"]), self._numbers(one["numbers"])
             )
             for one in self.data.get("parts", ())
+            if self._is_there(one)
         )
         return (*sliders, *found)
 
@@ -233,9 +259,9 @@ class Compiled:
         return points[: len(points) - len(self.data.get("aids", ())) // 2]
 
     def ground_planes(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Per ground a point of its surface (2,) in m and its outward unit normal (2,)."""
+        """Per ground that is not off a point of its surface (2,) in m and its outward unit normal (2,)."""
         planes = {}
-        for plane in self.data["grounds"]:
+        for plane in filter(self._is_there, self.data["grounds"]):
             point, normal = self._coordinates([plane["point"], plane["normal"]])
             planes[plane["name"]] = (point, normal / np.linalg.norm(normal))
         return planes

@@ -178,6 +178,8 @@ def _places(model: Compiled, name: str) -> list[tuple[str, int]]:
     if not isinstance(name, str):
         raise ValueError(f"wrt: found {name!r}, expected a name")
     model.parameters[name]  # raises for one that is none
+    if name in model.gates.values():
+        raise ValueError(f"{name}: found what switches an effect, expected a number that can change by a little")
     if model.folded:
         raise ValueError(f"{name}: found a parameter of {model.name}, whose parameters are folded into its code")
     if name in model.data["rests_on"]:

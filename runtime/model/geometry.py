@@ -59,8 +59,11 @@ class Geometry(Compiled):
         return self._of_q("closure_jacobian", q, (len(self.rows), len(self.u_names)))
 
     def gaps(self, q: ArrayLike) -> FloatArray:
-        """Gap of every contact (contacts,), positive outside: from a ground in m, from a stop in rad."""
-        return self._of_q("gaps", q, (len(self.contacts),))
+        """Gap of every contact (contacts,), positive outside: from a ground in m, from a stop in rad; infinite of one
+        whose effect is off."""
+        found = self._of_q("gaps", q, (len(self.contacts),))
+        found[..., [self.contacts.index(contact) for contact in self.off_contacts]] = np.inf
+        return found
 
     def gap_rates(self, q: ArrayLike, u: ArrayLike) -> FloatArray:
         """Rates of the gaps (contacts,) in m/s, of stops in rad/s."""

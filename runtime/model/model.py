@@ -77,16 +77,6 @@ class Model(Geometry):
             other.parameters.update(values)
         return other
 
-    def with_all_effects(self) -> Model:
-        """This model, as one in which no effect is off at the start of its scene: what is asked of it has them all."""
-        switched = self.data.get("switched")
-        if not switched or not switched["off"]:
-            return self
-        data = {**self.data, "switched": {**switched, "off": []}}
-        other = Model(self._descriptor, data, self._parameters, self.folder, self._begin)
-        other.pieces_of_time = self.pieces_of_time
-        return other
-
     def with_start(self, poses: ArrayLike, velocities: ArrayLike) -> Model:
         """A model of its own that starts with its links at ``poses`` (links, 3) moving with ``velocities`` (links, 3),
         instead of where the scene starts; this one stays as it is.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, MutableMapping, Sequence
 from numbers import Real
 from typing import Any
 
@@ -16,9 +16,10 @@ class Parameters(MutableMapping[str, float]):
     Raises ``KeyError`` for unknown names (with the nearest known ones) and ``ValueError`` for impossible values, and
     where there is some of both.
     ``declared`` are paths, values and domains as the model's data has them, ``values`` those that are other than there.
-    Those of a ``folded`` model (its name) can be read only: its code holds them as numbers. ``rests_on`` are those that
-    must keep their values, each with the joint that the equations leave out because it fits others with them;
-    ``over_time`` are the paths of what the scene gives over time, so that it is none of them, and as what.
+    Those of a ``folded`` model (its name) but its ``gates`` can be read only: its code holds them as numbers.
+    ``rests_on`` are those that must keep their values, each with the joint that the equations leave out because it fits
+    others with them; ``over_time`` are the paths of what the scene gives over time, so that it is none of them, and as
+    what.
     """
 
     def __init__(
@@ -29,6 +30,7 @@ class Parameters(MutableMapping[str, float]):
         folded: str = "",
         rests_on: Mapping[str, str] | None = None,
         over_time: Mapping[str, str] | None = None,
+        gates: Collection[str] = (),
     ) -> None:
         self._values: dict[str, float] = {one["path"]: one["value"] for one in declared} | dict(values)
         self._domains = {one["path"]: one["domain"] for one in declared}
@@ -36,6 +38,7 @@ class Parameters(MutableMapping[str, float]):
         self._folded = folded
         self._rests_on = dict(rests_on or {})
         self._over_time = dict(over_time or {})
+        self._gates = frozenset(gates)
 
     def __getitem__(self, name: str) -> float:
         self._known(name)
@@ -73,10 +76,11 @@ class Parameters(MutableMapping[str, float]):
             with faults.collecting():
                 checked[name] = self._checked(name, value)
         faults.stop_if_any()
-        if self._folded and checked:
+        numbers = [path for path in checked if path not in self._gates]
+        if self._folded and numbers:
             raise ValueError(
-                f"{next(iter(checked))}: found a new value for {self._folded}, whose parameters are folded into its "
-                "code as numbers; build it without --fold (ccgen --scene FILE, or generate(scene)) to change them"
+                f"{numbers[0]}: found a new value for {self._folded}, whose parameters are folded into its code as "
+                "numbers; build it without --fold (ccgen --scene FILE, or generate(scene)) to change them"
             )
         before = dict(self._values)
         self._values.update(checked)
@@ -130,8 +134,10 @@ class Parameters(MutableMapping[str, float]):
         return number
 
 
-def unmet(domain: Mapping[str, float | None], number: float) -> str:
+def unmet(domain: Mapping[str, Any], number: float) -> str:
     """What a number outside its domain was expected to be, in words; empty if it is inside."""
+    if domain.get("whole"):
+        return "" if number in (0.0, 1.0) else "1 or 0, on or off"
     minimum, above, maximum = domain["minimum"], domain["above"], domain["maximum"]
     inside = (
         (minimum is None or number >= minimum)

@@ -210,6 +210,15 @@ class Whole:
         return self.main.parts
 
     @property
+    def off(self) -> tuple[str, ...]:
+        """As those of the model of each structure."""
+        return self.main.off
+
+    @property
+    def off_contacts(self) -> tuple[tuple[str, str], ...]:
+        return tuple(dict.fromkeys(contact for one in self.structures for contact in one.off_contacts))
+
+    @property
     def drawn_joints(self) -> tuple[str, ...]:
         return self.joints
 

@@ -43,6 +43,10 @@ class Drawable(Protocol):
         """(point, ground) names of every contact that is watched."""
 
     @property
+    def off_contacts(self) -> Sequence[tuple[str, str]]:
+        """Those of ``contacts`` whose effects are off."""
+
+    @property
     def told(self) -> Sequence[tuple[str, str]]:
         """(name, unit) of every number that effects tell along runs."""
 

@@ -19,7 +19,7 @@ class InForce:
     """The ``models`` of a run, no two alike, and the spans in which they are in force.
 
     Of each span the number of its model, ``which``, its time ``since`` (s), and the first of the run's ``rows`` and
-    ``impacts`` in it. A model is without the effects that are off.
+    ``impacts`` in it.
     """
 
     models: tuple[Drawable, ...]
@@ -86,10 +86,10 @@ class InForce:
         return found
 
 
-def of_contacts(contacts: Sequence[tuple[str, str]], model: Drawable, values: FloatArray) -> FloatArray:
-    """Numbers (n, contacts) of a model's contacts as those of all ``contacts``; not numbers of those that are off."""
-    if tuple(model.contacts) == tuple(contacts):
-        return values
-    found = np.full((len(values), len(contacts)), np.nan, dtype=values.dtype)
-    found[:, [contacts.index(contact) for contact in model.contacts]] = values
-    return found
+def of_contacts(model: Drawable, values: FloatArray) -> FloatArray:
+    """Numbers (n, contacts) of a model's contacts; not numbers of those that are off."""
+    off = [model.contacts.index(contact) for contact in model.off_contacts]
+    if off:
+        values = np.array(values)
+        values[:, off] = np.nan
+    return values

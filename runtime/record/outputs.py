@@ -109,13 +109,11 @@ class States(ABC):
     @cached_property
     def gaps(self) -> FloatArray:
         """Of the contacts (n, contacts); not numbers of those that are off."""
-        contacts = self.model.contacts
-        return self._asked(lambda model, q: of_contacts(contacts, model, model.gaps(q)), self.q)
+        return self._asked(lambda model, q: of_contacts(model, model.gaps(q)), self.q)
 
     @cached_property
     def gap_rates(self) -> FloatArray:
-        contacts = self.model.contacts
-        return self._asked(lambda model, q, u: of_contacts(contacts, model, model.gap_rates(q, u)), self.q, self.u)
+        return self._asked(lambda model, q, u: of_contacts(model, model.gap_rates(q, u)), self.q, self.u)
 
     @cached_property
     def _unknown(self) -> FloatArray:

@@ -33,7 +33,7 @@ def _told(model: Any) -> Any:
     if not isinstance(model, Model):
         return None
     assert model.folder is not None
-    values = {} if model.folded else dict(model.parameters)
+    values = dict(model.settable)
     told = {"package": model.folder.name, "name": model.name, "hash": model.data["hash"], "values": values}
     if model._begin is None:
         return told

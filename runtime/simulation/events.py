@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..faults import Faults
-from ..loading.structures import structures_of, switched_of
+from ..loading.structures import structures_of
 from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
-from ..model.whole import Whole, latched_as
+from ..model.whole import Whole
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
@@ -61,13 +61,12 @@ class Safe:
 class Course:
     """Where a run with events is, and what it has left.
 
-    ``off`` are the effects that are off, ``models`` those without them by that, the first with all.
-    ``structure`` is what the mechanism is, where joints let go and take hold; ``q``, ``u`` are its state, and
-    ``memory`` is all that a run goes on from, where it goes on as it was; where not, ``latched`` is what effects hold.
+    ``model`` has the values of now, gates of effects among them. ``structure`` is what the mechanism is, where joints
+    let go and take hold; ``q``, ``u`` are its state, and ``memory`` is all that a run goes on from, where it goes on as
+    it was; where not, ``latched`` is what effects hold.
     """
 
-    models: dict[frozenset[str], Model]
-    off: frozenset[str]
+    model: Model
     signals: tuple[Signal, ...]
     on_event: OnEvent
     t: float = 0.0
@@ -91,16 +90,8 @@ class Course:
     safe: Safe | None = None
 
     @property
-    def model(self) -> Model:
-        return self.models[self.off]
-
-    @property
-    def main(self) -> Model:
-        return self.models[frozenset()]
-
-    @property
     def said(self) -> Sequence[Mapping[str, Any]]:
-        said: Sequence[Mapping[str, Any]] = self.main.data["events"]
+        said: Sequence[Mapping[str, Any]] = self.model.data["events"]
         return said
 
     def interrupts(self, signal: int) -> bool:
@@ -134,15 +125,8 @@ def simulate_with_events(
     if isinstance(state, HybridState):
         model = model.with_parameters(_set_before(model, state, params))
     signals = signals_of(model.data["events"])
-    models = switched_of(model)
-    off = frozenset(model.data["switched"]["off"]) if model.data.get("switched") else frozenset()
-    if isinstance(state, HybridState):
-        off = next((names for names, one in models.items() if one.name == state.model), off)
-    elif off:
-        own_q, own_u = model.start()
-        q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
     armed = [False] * len(signals)
-    course = Course(models, off, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
+    course = Course(model, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
     if isinstance(state, HybridState):
         course.t, course.changed = state.t, state.changed
     try:
@@ -151,7 +135,7 @@ def simulate_with_events(
         if course.safe is None or not options["keep_interrupted"]:
             raise
         return _interrupted(course, course.safe)
-    run = strung(model, course.pieces, course.events, course.nfev, message, course.changed)
+    run = strung(course.pieces, course.events, course.nfev, message, course.changed)
     return replace(run, success=False) if course.failed else run
 
 
@@ -161,7 +145,7 @@ def _interrupted(course: Course, safe: Safe) -> Run:
     events = [*safe.events, *(_event(course, crossing, safe.pieces[-1].run) for crossing in safe.crossings)]
     counted = any(piece.run is safe.pieces[-1].run for piece in course.pieces)
     nfev = course.nfev + (0 if counted else safe.pieces[-1].run.nfev)
-    run = strung(course.main, safe.pieces, events, nfev, None, safe.changed)
+    run = strung(safe.pieces, events, nfev, None, safe.changed)
     if run.success:  # of a stretch that was whole
         return replace(run, success=False, message=f"stopped at t = {run.t[-1]:.12g} s: interrupted")
     return run
@@ -199,7 +183,7 @@ def _known(names: Sequence[str]) -> str:
 
 def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
     """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
-    interrupting, switching = _interrupting(course), course.main.data.get("switching") is not None
+    interrupting, switching = _interrupting(course), course.model.data.get("switching") is not None
     while True:
         until = _border(course, end) if interrupting and switching else end
         try:
@@ -262,7 +246,7 @@ def _border(course: Course, end: float) -> float:
 def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tuple[Run, tuple[Watched | Located, ...]]:
     """A run from where the course is to ``until``, or as far as it is sure what changes it first, and what
     comes along it."""
-    if course.main.data.get("switching") is None:
+    if course.model.data.get("switching") is None:
         watch = Watch([(one.event, one.sign) for one in course.signals], course.armed, _halts(course))
         run = _stretch(course, until, options, None, watch)
         return run, watch.along(run)
@@ -409,17 +393,19 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
         except ValueError as error:
             return _unsettable(course, event, error)
         values |= answered
-        off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
-        if values or off != course.off:  # what is left to raise is what the caller's own function has answered
-            parameters, now_on, now_off = course.main.parameters, course.off - off, off - course.off
+        off = frozenset(course.model.off)
+        then = (off | frozenset(said["off"])) - frozenset(said["on"])
+        if values or then != off:  # what is left to raise is what the caller's own function has answered
+            parameters = course.model.parameters
             event = replace(
                 event,
                 parameters=dict(values),
                 before={path: parameters[path] for path in values if path in parameters},
-                on=tuple(sorted(now_on)),
-                off=tuple(sorted(now_off)),
+                on=tuple(sorted(off - then)),
+                off=tuple(sorted(then - off)),
             )
-            event = replace(event, energy=_set(course, values, off))
+            gates = {path: float(name not in then) for name, path in course.model.gates.items() if name in off ^ then}
+            event = replace(event, energy=_set(course, values | gates))
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
@@ -443,23 +429,24 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
 def _with(course: Course, values: Mapping[str, float]) -> Model:
     """The model with these values. Raises ``ValueError`` for those that it cannot have."""
     for path in values:
-        if any(drive["speed"] == path for drive in course.main.data["drives"]):
+        if any(drive["speed"] == path for drive in course.model.data["drives"]):
             raise ValueError(
                 f"{path}: found it set by an event, expected it kept: a driven joint keeps its first speed"
             )
-    return course.main.with_parameters(values) if values else course.main
+    return course.model.with_parameters(values) if values else course.model
 
 
-def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
-    """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
-    before, latched, of = _energy(course), course.latched, course.model
-    main = _with(course, values)
-    for names, model in course.models.items():
-        own = {path: value for path, value in values.items() if path in model.parameters}
-        course.models[names] = model.with_parameters(own) if names else main
-    course.off, course.changed = off, course.changed | frozenset(values)
-    if latched is not None and not course.main.data.get("switching"):
-        course.latched = latched_as(course.model, of, latched)
+def _set(course: Course, values: Mapping[str, float]) -> float:
+    """Set parameters, gates of effects among them; the energy (J) that the mechanism gets by that."""
+    before, off = _energy(course), course.model.off
+    course.model = _with(course, values)
+    course.changed |= frozenset(values)
+    if course.latched is not None:
+        model = _structure(course)
+        gates = (one for one in model.data.get("gates", ()) if one["effect"] in off)
+        forgotten = [name for one in gates for name in one["latches"]]
+        held = zip(model.data.get("latches", ()), course.latched, strict=True)
+        course.latched = np.array([np.nan if name in forgotten else value for name, value in held])
     course.memory = None
     jump = _energy(course) - before
     course.given += jump

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
-from ..model.model import Model
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..record.in_force import InForce
@@ -59,10 +58,8 @@ class Between:
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """Accelerations and forces along the stretches, of all ``contacts``; of those that are off there is none."""
+    """Accelerations and forces along the stretches."""
 
-    contacts: tuple[tuple[str, str], ...]
-    told: tuple[tuple[str, str], ...]
     pieces: tuple[Piece, ...]
 
     @property
@@ -79,23 +76,17 @@ class Along:
             times = np.clip(t[rows], run.t[0], run.t[-1])
             one = run.motion(times, *run.at(times))
             if found is None:
-                u_dot, multipliers, reactions = (np.zeros((len(t), *part.shape[1:])) for part in _parts(one))
-                pushes, told = np.zeros((len(t), len(self.contacts), 2)), np.zeros((len(t), len(self.told)))
-                found = Motion(u_dot, multipliers, pushes, reactions, told)
+                found = Motion(*(np.zeros((len(t), *part.shape[1:]), dtype=part.dtype) for part in _parts(one)))
             for whole, part in zip(_parts(found), _parts(one), strict=True):
                 whole[rows] = part
-            for own, contact in enumerate(run.model.contacts):
-                found.pushes[rows, self.contacts.index(contact)] = one.pushes[:, own]
-            for own, output in enumerate(run.model.told):
-                found.told[rows, self.told.index(output)] = one.told[:, own]
         if found is None:
             assert self.pieces[0].run.motion is not None
             return self.pieces[0].run.motion(t, q, u)
         return found
 
 
-def _parts(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return motion.u_dot, motion.multipliers, motion.reactions
+def _parts(motion: Motion) -> tuple[FloatArray, ...]:
+    return motion.u_dot, motion.multipliers, motion.pushes, motion.reactions, motion.told
 
 
 def cut(run: Run, t: float) -> Run:
@@ -107,7 +98,6 @@ def cut(run: Run, t: float) -> Run:
 
 
 def strung(
-    model: Model,
     pieces: Sequence[Piece],
     events: Sequence[Event],
     nfev: int,
@@ -117,18 +107,17 @@ def strung(
     """The run of all ``pieces``, with its ``events``; ``nfev`` is what was evaluated in all, ``message`` says where an
     event ended it, ``changed`` are the parameters that events have set, also before the run.
 
-    Its ``model`` has all effects, and the parameters of the beginning.
+    Its ``model`` has the parameters of the beginning.
     """
     pieces, events = tuple(pieces), tuple(events)
     last = pieces[-1].run
     unexplained = unexplained_of(pieces, _jumps(pieces))
     message = last.message if message is None else message
-    if len(pieces) == 1 and last.model.name == model.name and not changed:
+    if len(pieces) == 1 and not changed:
         return replace(last, nfev=nfev, message=message, events=events)
-    whole = pieces[0].run.model if pieces[0].run.model.name == model.name else model
     firsts = [0 if piece.anew else 1 for piece in pieces]
     return StretchedRun(
-        model=whole,
+        model=pieces[0].run.model,
         t=np.concatenate([piece.run.t[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         q=np.concatenate([piece.run.q[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         u=np.concatenate([piece.run.u[first:] for piece, first in zip(pieces, firsts, strict=True)]),
@@ -140,7 +129,7 @@ def strung(
         closure_max=max(piece.run.closure_max for piece in pieces),
         energy_drift=largest(unexplained),
         advance=Between(pieces),
-        motion=Along(tuple(whole.contacts), tuple(whole.told), pieces),
+        motion=Along(pieces),
         method=last.method,
         drift=last.drift,
         rest_speed=max(piece.run.rest_speed for piece in pieces),

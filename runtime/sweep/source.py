@@ -98,11 +98,10 @@ def build_here(source: Source) -> dict[str, Any]:
 
 
 def _others(source: Source) -> list[str]:
-    """Names of the packages that the model becomes, where joints let go and where events switch effects."""
+    """Names of the packages that the model becomes where joints let go."""
     data = model_of(replace(source, files=(), rebuild=None)).data
     structures = data["switching"]["structures"][1:] if data.get("switching") else []
-    switched = data["switched"]["models"] if data.get("switched") else []
-    return [str(said["package"]) for said in (*structures, *switched)]
+    return [str(said["package"]) for said in structures]
 
 
 def _files(folder: Path) -> list[tuple[str, bytes]]:

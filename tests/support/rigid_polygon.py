@@ -58,6 +58,10 @@ class PolygonModel:
         return frozenset()
 
     @property
+    def off_contacts(self) -> tuple[tuple[str, str], ...]:
+        return ()
+
+    @property
     def slide_ends(self) -> frozenset[str]:
         return frozenset()
 

@@ -38,6 +38,7 @@ class FourBar:
 
     stops: frozenset[str] = frozenset()
     slide_ends: frozenset[str] = frozenset()
+    off_contacts: tuple[tuple[str, str], ...] = ()
     discs: tuple[Disc, ...] = ()
     ropes: tuple[Rope, ...] = ()
     parts: tuple[Part, ...] = ()
