@@ -1,9 +1,10 @@
-"""Events of scenes: runs that are told of them, or end and go on at them, beside the same runs without.
+"""Events of scenes: runs that are told of them, or end and go on at them, beside the same runs without, and ensembles.
 
-Prints a markdown table; `python benchmarks/scene_events.py --help` lists the options, README.md explains the rest.
+Prints two markdown tables; `python benchmarks/scene_events.py --help` lists the options, README.md explains the rest.
 """
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from driver import WORK
@@ -11,7 +12,7 @@ from machine import machine
 from turns import fastest
 
 from ccgen.generator import generate, load_scene
-from ccgen.runtime import Model, Run, load_model, simulate
+from ccgen.runtime import Model, Run, ensemble, load_model, simulate
 
 SCENES = Path(__file__).parents[1] / "scenes"
 CASES = (
@@ -61,6 +62,34 @@ def main() -> None:
             f"| {name}, {until:g} s | {rows} | {1e3 * alone:.2f} | {missed / alone:.2f} | {told / alone:.2f} | {came} |"
             f" {each:.2f} |",
             flush=True,
+        )
+    ensembles(max(options.rounds // 10, 2), 100)
+
+
+def ensembles(rounds: int, count: int) -> None:
+    """Runs in an ensemble that set a parameter at events, beside those without, and beside one call each."""
+    print(
+        f"\n| ensemble of {count} runs | ms a run | sets, for each that comes | of one call each |\n|---|---|---|---|"
+    )
+    for name, until, _, when, path in CASES:
+        plain = model_of(name, "plain")
+        value = plain.parameters[path]
+        sets = model_of(name, "sets", when, f'set = {{ "{path}" = {value} }}')
+        values = {path: [value * (1.0 + 1e-3 * k / count) for k in range(count)]}
+        came = len(simulate(sets, until=until).events)
+
+        def make(model: Model, end: float = until, values: dict[str, list[float]] = values) -> object:
+            return ensemble(model, values, until=end, threads=1)
+
+        def one_by_one(model: Model = sets, end: float = until, values: dict[str, list[float]] = values) -> None:
+            for path, row in values.items():
+                for one in row:
+                    simulate(model, until=end, params={path: one})
+
+        alone, with_events, singly = fastest([partial(make, plain), partial(make, sets), one_by_one], rounds)
+        each = (with_events - alone) / came / alone
+        print(
+            f"| {name}, {until:g} s | {1e3 * alone / count:.3f} | {each:.3f} | {with_events / singly:.3f} |", flush=True
         )
 
 

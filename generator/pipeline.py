@@ -173,6 +173,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     tell("write")
     from .documents.listing import name_index, write_listing
     from .package.data import driven_coordinates, event_data, model_data, point_names, switching_data
+    from .package.event_tables import event_tables
     from .program.dialects import C
     from .program.program import lower
     from .program.routine import Routines
@@ -200,6 +201,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         told=len(equations.outputs),
         lines=equations.lines,
         indicators=len(scene.indicators),
+        event_values=len(scene.values_of_events),
     )
     models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
     extra = switching_data(scene, models) | event_data(scene)
@@ -210,6 +212,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     sides = topology.sides(len(mechanism.joints))
     tables = {"partner": topology.partners, "sides": sides, "driven": driven, "latched_at": latched_at}
     tables |= {"directions": [direction for _, direction in scene.indicators], "rated": equations.rated}
+    tables |= event_tables(scene, equations.parameters, topology.implied)
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers, variant.derivatives)
     (folder / "model.c").write_text(model)
     lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)

@@ -72,13 +72,14 @@ def derive_scene(
     """
     from .derive.derivation import derive
     from .derive.gated import gated
-    from .effect_base.indicators import Indicator
+    from .effect_base.indicators import Indicator, SetTo
 
     choice = choice or plan_scene(scene, plan, fold=fold)[1]
     topology = choice.topology
     indicators = tuple(Indicator(when, scene.mechanism) for when, _ in scene.indicators)
     effects = gated(scene.effects, scene.gates)
-    equations = derive(scene.mechanism, topology, choice.plan, effects, indicators)
+    values = tuple(SetTo(one.value, scene.mechanism) for one in scene.values_of_events)
+    equations = derive(scene.mechanism, topology, choice.plan, effects, indicators, values)
     if fold:
         from .program.fold import fold as folded
 

@@ -51,8 +51,9 @@ struct ccgen_settings {
     long rate_budget;
     const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
-    int events; /* what becomes of events of the scene: CCGEN_IGNORE, CCGEN_TELL (ccgen_crossings; the motion is the same by every bit), or CCGEN_HALT: motion
-                 * is told of and ends at each */
+    int events; /* what becomes of events of the scene: CCGEN_IGNORE, CCGEN_TELL (ccgen_crossings; the motion is the same by every bit), CCGEN_HALT: motion
+                 * is told of and ends at each, or CCGEN_ACT: at those that do something, which is done then: they set parameters, switch effects on and
+                 * off, or end the motion */
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
     int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;
@@ -61,14 +62,15 @@ struct ccgen_settings {
     void *tick_context;
 };
 
-enum { CCGEN_IGNORE, CCGEN_TELL, CCGEN_HALT };
+enum { CCGEN_IGNORE, CCGEN_TELL, CCGEN_HALT, CCGEN_ACT };
 
 enum ccgen_event_kind {
     CCGEN_NO_EVENT, /* the time asked for is reached */
     CCGEN_CLOSES,   /* a contact has closed, and strikes unless it only touches */
     CCGEN_CHANGES,  /* a held contact opens, or begins or ends to slide */
     CCGEN_JAMS,     /* friction jams: an impact without collision */
-    CCGEN_CROSSES   /* an event of the scene comes; `contact` tells of one that has an event at that instant too */
+    CCGEN_CROSSES,  /* an event of the scene comes; `contact` tells of one that has an event at that instant too */
+    CCGEN_ENDS      /* so does one by which the scene has the motion end; it may go on, and counts from 1 then */
 };
 
 struct ccgen_event {
@@ -98,6 +100,9 @@ CCGEN_PUBLIC void ccgen_get_motion(const struct ccgen_simulation *simulation, do
 /* The model's constants k[constants] with the parameters of the simulation: what its other functions read, as `energy` */
 CCGEN_PUBLIC const double *ccgen_get_constants(const struct ccgen_simulation *simulation);
 
+/* The parameters[parameters] that are in force, with what events have set; NULL without CCGEN_ACT. They stay where they are. */
+CCGEN_PUBLIC const double *ccgen_get_parameters(const struct ccgen_simulation *simulation);
+
 /* Accelerations u_dot[nq] of the model at a state, in flight: whatever contacts are closed, they do not push. They are by the
  * inputs[inputs] given, or by those that the settings supply where `inputs` is NULL. What the simulation has reached stays. */
 CCGEN_PUBLIC int ccgen_find_acceleration(struct ccgen_simulation *simulation, double t, const double *q, const double *u,
@@ -113,7 +118,7 @@ CCGEN_PUBLIC int ccgen_derive_acceleration(struct ccgen_simulation *simulation, 
 CCGEN_PUBLIC void ccgen_get_modes(const struct ccgen_simulation *simulation, signed char *modes);
 
 /* The whole state as bytes. Put back, also into another simulation of the same model, method and settings, motion goes on by
- * the same bits. ccgen_set_state refuses, and changes nothing, where the state is of another model, method or precision;
+ * the same bits, but for which events of the scene are still to come, and how often they have. ccgen_set_state refuses, and changes nothing, where the state is of another model, method or precision;
  * what was recorded before is forgotten. A state is for the same kind of processor. */
 CCGEN_PUBLIC size_t ccgen_state_size(const struct ccgen_simulation *simulation);
 CCGEN_PUBLIC void ccgen_get_state(const struct ccgen_simulation *simulation, void *bytes);

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 17
+#define CCGEN_CONTRACT_VERSION 18
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -101,6 +101,12 @@ typedef void ccgen_switching(const double *k, const double *q, const double *u, 
 typedef void ccgen_indicators(const double *k, const double *q, const double *u, double t, const double *scales,
                               double *value, double *rate, double *size);
 
+/* value[event_values] that events set parameters to where they come */
+typedef void ccgen_event_values(const double *k, const double *q, const double *u, double t, double *value);
+
+/* What a parameter may be, beside finite */
+enum ccgen_domain { CCGEN_ANY, CCGEN_NOT_NEGATIVE, CCGEN_POSITIVE, CCGEN_FROM_0_TO_1, CCGEN_OFF_OR_ON };
+
 /* relative[drives] (rad/s^2 or m/s^2): prescribed accelerations of the driven joints */
 typedef void ccgen_prescribed(const double *k, double t, const double *inputs, double *relative);
 
@@ -165,10 +171,16 @@ struct ccgen_model {
     int told;           /* numbers that runs tell of effects by name */
     int lines;          /* that loads have the direction of: steps become short where the ends of one meet */
     int indicators;     /* expressions whose zeros are events of the scene */
+    int event_values;   /* that they set */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *sides;   /* [joints]: 1 where the outboard link is the joint's second, -1 where it is its first */
     const int *directions; /* [indicators]: 1 where rises through zero are events, -1 where falls are, 0 where both are */
     const int *rated;   /* [indicators]: whether `rate` is known; this, the last and the function NULL without indicators */
+    const int *stops_at; /* [indicators]: at which of its events a run ends, 0: at none */
+    const int *value_of, *value_to; /* [event_values]: which event sets each, and which parameter, -1: one that cannot be set */
+    const int *value_within;        /* [event_values]: an enum ccgen_domain */
+    const int *value_forgets; /* [event_values][2]: where that switches an effect, the first of its latches and how many, which
+                               * are forgotten where it comes on. These four NULL without event_values, as `find_event_values` */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
     ccgen_acceleration *acceleration;
@@ -208,6 +220,7 @@ struct ccgen_model {
     ccgen_switching *latching; /* value[latches] that are set */
     ccgen_switching *outputs;  /* value[told], from all inputs; NULL without any */
     ccgen_indicators *indicate;
+    ccgen_event_values *find_event_values;
     ccgen_of_q *reaches;       /* [lines][2], m: from the first end of each line to its second; NULL without any */
     const struct ccgen_derivatives *derivatives; /* in derivatives.c; NULL where they were not asked for */
 };

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, overload
 
 from numpy.typing import ArrayLike
@@ -168,24 +169,14 @@ def _simulated(
     progress: Callable[[float], object] | None,
     options: dict[str, Any],
 ) -> Run | Any:
+    make: Callable[..., Run] = simulate_one
     if model.data.get("events"):
-        if q0 is not None and dimensions(q0) == 2:
-            raise ValueError(
-                f"q0: found several starts of {model.name}, whose scene has events, expected one; simulate them one by "
-                "one"
-            )
-        return simulate_with_events(model, q0, u0, on_event=on_event, state=state, progress=progress, **options)
-    if on_event is not None:
-        check_functions(model, on_event)
-    if model.data.get("switching") is not None:
-        if q0 is not None and dimensions(q0) == 2:
-            raise ValueError(
-                f"q0: found several starts of {model.name}, whose joints let go or take hold, expected one; simulate "
-                "them one by one"
-            )
-        return simulate_switching(model, q0, u0, state=state, progress=progress, **options)
-    if state is not None:
-        return simulate_one(model, q0, u0, progress=progress, state=state, **options)
-    if q0 is not None and dimensions(q0) == 2:
-        return simulate_batch(model, q0, u0, progress=progress, **options)
-    return simulate_one(model, q0, u0, progress=progress, **options)
+        make = partial(simulate_with_events, on_event=on_event)
+    else:
+        if on_event is not None:
+            check_functions(model, on_event)
+        if model.data.get("switching") is not None:
+            make = simulate_switching
+    if state is None and q0 is not None and dimensions(q0) == 2:
+        return simulate_batch(model, q0, u0, make, progress=progress, **options)
+    return make(model, q0, u0, state=state, progress=progress, **options)

@@ -18,7 +18,7 @@ static void check(int code, const char *what)
     exit(1);
 }
 
-static const char *const KINDS[] = {"end", "closes", "changes", "jams", "crosses"};
+static const char *const KINDS[] = {"end", "closes", "changes", "jams", "crosses", "ends"};
 
 /* Go on to `until`, and tell each event on the way. */
 static void fly(struct ccgen_simulation *simulation, double until)

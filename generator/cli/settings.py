@@ -109,7 +109,8 @@ def parameters_of(scene: Scene, fold: bool = False) -> Parameters:
     declared = parameter_data(scene.parameters())
     resting = resting_data(scene.mechanism, implied(scene.mechanism, scene.driven))
     folded = scene.name if fold and declared else ""
-    return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects))
+    gates = [gate.path for gate in scene.gates if gate]
+    return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects), gates)
 
 
 def check_parameter(path: str, scene: Scene, option: str) -> None:

@@ -25,7 +25,7 @@ from .closure import Closure
 from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
 from .gibbs import Recursion
-from .indicators import LENGTH, PACE, Indicates
+from .indicators import LENGTH, PACE, Indicates, Sets
 from .inverse import Inverse
 from .kinematics import Kinematics
 from .motion import TIME, Couple, Force, Motion, sum_per_link
@@ -42,13 +42,14 @@ def derive(
     plan: Plan,
     effects: Sequence[Terms] = (),
     indicators: Sequence[Indicates] = (),
+    values: Sequence[Sets] = (),
 ) -> Equations:
     """All equations of a mechanism under the given effects, the unknowns eliminated in the order of ``plan``, and
-    the event ``indicators`` of its scene.
+    the event ``indicators`` of its scene, and the ``values`` that its events set.
 
     The order of the assignments is that of the derivation.
     """
-    return _Derivation(mechanism, topology, plan, tuple(effects), tuple(indicators)).equations()
+    return _Derivation(mechanism, topology, plan, tuple(effects), tuple(indicators), tuple(values)).equations()
 
 
 class _Derivation:
@@ -59,9 +60,10 @@ class _Derivation:
         plan: Plan,
         effects: tuple[Terms, ...],
         indicators: tuple[Indicates, ...],
+        values: tuple[Sets, ...],
     ) -> None:
         self.mechanism, self.topology, self.plan, self.effects = mechanism, topology, plan, effects
-        self.indicators = indicators
+        self.indicators, self.values = indicators, values
         self.ledger = Ledger()
         self.state = State.of(mechanism, topology)
         self.kinematics = Kinematics(mechanism, topology, self.state, self.ledger)
@@ -91,6 +93,7 @@ class _Derivation:
             *self._told(),
             *self._reaches(),
             *self._indicated(),
+            *self._set(),
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
@@ -209,6 +212,16 @@ class _Derivation:
             Output("size", tuple(one.size for one in found), "what rounding of the values is a multiple of"),
         )
         return [Kernel("indicators", (self.q, self.u, time, scales), outputs, "event indicators")]
+
+    def _set(self) -> list[Kernel]:
+        """What events of the scene set, if they do."""
+        found = tuple(one.at(self.motion, f"set_{number}") for number, one in enumerate(self.values))
+        self.ledger.close("what events set")
+        if not found:
+            return []
+        output = Output("value", found, "what events set parameters to")
+        time = Argument("t", (TIME,), "time, s")
+        return [Kernel("event_values", (self.q, self.u, time), (output,), "what events set")]
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import sympy as sp
 
@@ -12,7 +13,7 @@ from ..mechanism.links import Parameter
 from .gaps import Accelerations, Gap, Positions, Velocities
 from .motion import Couple, Force, Motion
 from .terms_of_effects import Let, Terms, Told
-from .vectors import Vector, Wrench, scale, symbol
+from .vectors import Vector, Wrench, add, scale, symbol
 
 APART = 2**20
 """The gap (m, rad) of a contact that is off. It stays so: nothing comes near it."""
@@ -23,6 +24,26 @@ def gated(effects: Sequence[Terms], gates: Sequence[Parameter | None]) -> tuple[
     if not gates:
         return tuple(effects)
     return tuple(Gated(effect, gate) if gate else effect for effect, gate in zip(effects, gates, strict=True))
+
+
+def _apart(at: Positions, gate: Parameter) -> sp.Expr:
+    """0 while a gate is on, ``APART`` while it is off."""
+    return at.once(f"apart_{gate.symbol}", lambda: APART * (1 - symbol(gate)))
+
+
+class Seen:
+    """A motion as an effect behind a gate sees it: while that is off two points are never at one place, where what
+    acts between them would have no direction, and no number times 0 would be none."""
+
+    def __init__(self, motion: Positions, gate: Parameter) -> None:
+        self._motion, self._gate = motion, gate
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._motion, name)
+
+    def distance(self, start: PointRef, end: PointRef) -> Vector:
+        """The vector from one point to another (m)."""
+        return add((_apart(self._motion, self._gate), sp.S.Zero), self._motion.distance(start, end))
 
 
 @dataclass(frozen=True)
@@ -37,10 +58,9 @@ class Gated:
     def on(self) -> sp.Expr:
         return symbol(self.gate)
 
-    @property
-    def _off(self) -> str:
-        """The name of what is 0 while it is on, and 1 while it is off: a sum with 1 and the gate would cost digits."""
-        return f"off_{self.gate.symbol}"
+    def _seen(self, motion: Motion) -> Motion:
+        """The motion as the effect sees it."""
+        return cast("Motion", Seen(motion, self.gate))
 
     @property
     def title(self) -> str:
@@ -59,51 +79,58 @@ class Gated:
         return self.effect.sides()
 
     def switching(self, motion: Motion) -> Sequence[sp.Expr]:
-        values = self.effect.switching(motion)
-        return [self.on * value - motion.once(self._off, lambda: 1 - self.on) for value in values]
+        off = motion.once(f"off_{self.gate.symbol}", lambda: 1 - self.on)  # a sum with 1 and the gate would cost digits
+        return [self.on * value - off for value in self.effect.switching(self._seen(motion))]
 
     def latches(self) -> tuple[tuple[str, str], ...]:
         return self.effect.latches()
 
     def latching(self, motion: Motion) -> Sequence[sp.Expr]:
-        return self.effect.latching(motion)
+        return self.effect.latching(self._seen(motion))
 
     def reaches(self, motion: Motion) -> Sequence[Vector]:
-        return self.effect.reaches(motion)
+        return self.effect.reaches(self._seen(motion))
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         return [
             Force(load.point, scale(self.on, load.vector))
             if isinstance(load, Force)
             else Couple(load.link, self.on * load.moment)
-            for load in self.effect.loads(motion)
+            for load in self.effect.loads(self._seen(motion))
         ]
 
     def potential(self, motion: Motion) -> sp.Expr:
-        return self.on * self.effect.potential(motion)
+        return self.on * self.effect.potential(self._seen(motion))
 
     def drives(self, motion: Motion) -> Sequence[tuple[int, sp.Expr]]:
-        return self.effect.drives(motion)
+        return self.effect.drives(self._seen(motion))
 
     def power(self, motion: Motion) -> sp.Expr:
-        return self.on * self.effect.power(motion)
+        return self.on * self.effect.power(self._seen(motion))
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
-        return [(name, unit, self.on * value, *link) for name, unit, value, *link in self.effect.outputs(motion)]
+        return [
+            (name, unit, self.on * value, *link) for name, unit, value, *link in self.effect.outputs(self._seen(motion))
+        ]
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
-        gaps = self.effect.gaps(let)
-        apart = let(f"apart_{self.gate.symbol}", APART * (1 - self.on)) if gaps else sp.S.Zero
-        return tuple(GatedGap(gap, self.on, apart) for gap in gaps)
+        return tuple(GatedGap(gap, self.gate) for gap in self.effect.gaps(let))
 
 
 @dataclass(frozen=True)
 class GatedGap:
-    """The ``gap`` of a contact while its effect is ``on``; ``apart`` is 0 then, and ``APART`` while it is off."""
+    """The ``gap`` of a contact behind the gate of its effect."""
 
     gap: Gap
-    on: sp.Expr
-    apart: sp.Expr
+    gate: Parameter
+
+    @property
+    def on(self) -> sp.Expr:
+        return symbol(self.gate)
+
+    def _seen(self, at: Positions) -> Accelerations:
+        """Where the mechanism is, as the gap sees it."""
+        return cast("Accelerations", Seen(at, self.gate))
 
     @property
     def name(self) -> str:
@@ -133,22 +160,22 @@ class GatedGap:
         return self.gap.points()
 
     def value(self, at: Positions) -> sp.Expr:
-        return self.on * self.gap.value(at) + self.apart
+        return self.on * self.gap.value(self._seen(at)) + _apart(at, self.gate)
 
     def closing(self, at: Velocities) -> sp.Expr:
-        return self.on * self.gap.closing(at)
+        return self.on * self.gap.closing(self._seen(at))
 
     def bias(self, at: Accelerations) -> sp.Expr:
-        return self.on * self.gap.bias(at)
+        return self.on * self.gap.bias(self._seen(at))
 
     def slip(self, at: Accelerations) -> sp.Expr:
-        return self.gap.slip(at)
+        return self.gap.slip(self._seen(at))
 
     def slip_bias(self, at: Accelerations) -> sp.Expr:
-        return self.gap.slip_bias(at)
+        return self.gap.slip_bias(self._seen(at))
 
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        return self.gap.push(at, impulse)
+        return self.gap.push(self._seen(at), impulse)
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        return self.gap.drag(at, impulse)
+        return self.gap.drag(self._seen(at), impulse)

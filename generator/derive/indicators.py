@@ -1,4 +1,4 @@
-"""What the derivation asks of an event indicator: an expression whose zeros are events of a scene."""
+"""What the derivation asks of events of a scene: expressions whose zeros they are, and what they set."""
 
 from __future__ import annotations
 
@@ -21,6 +21,14 @@ class Indication:
     value: sp.Expr
     rate: sp.Expr | None
     size: sp.Expr
+
+
+class Sets(Protocol):
+    """What an event sets a parameter to."""
+
+    def at(self, motion: Motion, name: str) -> sp.Expr:
+        """The value in a motion. Names of what it consists of begin with ``name``."""
+        ...
 
 
 class Indicates(Protocol):

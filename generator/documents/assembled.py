@@ -41,8 +41,8 @@ def redundancy_lines(scene: Scene, found: Mobility | None, every: bool = False) 
     lines = [*(f"redundant: {_group(mechanism, group, every)}" for group in found.groups), *idle]
     if found.elsewhere < found.freedom:
         lines += [
-            f"in line here, not elsewhere (a change point, {found.elsewhere} degrees of freedom nearby): "
-            + _group(mechanism, group, every)
+            f"in line here, not elsewhere (a change point, {found.elsewhere} degree{'s' * (found.elsewhere != 1)} of "
+            "freedom nearby): " + _group(mechanism, group, every)
             for group in found.here
         ]
     if found.structure:

@@ -77,7 +77,7 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
     bare, _ = moving(mechanism)
     links, joints = bare.links, bare.joints
     root = mechanism.link_name(topology.root)
-    effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
+    effects = [_effect(scene, index) for index in range(len(scene.effects))]
     contacts = ", ".join(f"{c.point} on {c.ground}" for c in equations.contacts)
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
@@ -167,6 +167,13 @@ def _loop(mechanism: Mechanism, topology: Topology, cut: Cut) -> str:
     there, back = topology.path(cut.first.link), topology.path(cut.second.link)
     links = [*there[: there.index(cut.meeting) + 1], *reversed(back[: back.index(cut.meeting)])]
     return f"cut at {mechanism.joints[cut.joint].name}: " + " - ".join(mechanism.link_name(k) for k in links)
+
+
+def _effect(scene: Scene, index: int) -> str:
+    """What an effect is called, what there is to say of it, and what switches it."""
+    effect, gate = scene.effects[index], scene.gate(index)
+    switched = f", {gate.path} = {gate.value!r}" if gate else ""
+    return f"{effect.title}: {effect.describe(scene.mechanism)}{switched}"
 
 
 def _off(scene: Scene) -> tuple[str, ...]:

@@ -137,6 +137,8 @@ def value_of(node: ast.expr, t: float) -> float:
         case ast.BinOp(left=left, op=op, right=right):
             a, b = value_of(left, t), value_of(right, t)
             if isinstance(op, ast.Pow):
+                if a == 0.0 and b < 0.0:
+                    raise ZeroDivisionError("a power of zero")
                 return math.pow(a, b)
             if isinstance(op, ast.Div):
                 return a / b

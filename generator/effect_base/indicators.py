@@ -33,6 +33,20 @@ class Indicator:
         return _Reader(self.mechanism, motion, name).read(ast.parse(self.when, mode="eval").body)
 
 
+@dataclass(frozen=True)
+class SetTo:
+    """What an event sets a parameter to: a number, or an expression as :class:`Indicator` has one."""
+
+    value: float | str
+    mechanism: Mechanism
+
+    def at(self, motion: Motion, name: str) -> sp.Expr:
+        """Its value in a motion; what it consists of is named by what begins with ``name``."""
+        if isinstance(self.value, str):
+            return Indicator(self.value, self.mechanism).indication(motion, name).value
+        return sp.Float(self.value)
+
+
 def _constant(value: sp.Expr) -> Indication:
     return Indication(value, sp.S.Zero, sp.Abs(value))
 

@@ -27,6 +27,7 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "outputs": ("k", "q", "u", "t", "inputs"),
     "impulse_reactions": ("k", "q", "u", "lambda"),
     "indicators": ("k", "q", "u", "t", "scales"),
+    "event_values": ("k", "q", "u", "t"),
 }
 """Kernels whose contract has more arguments than the kernel reads; those for dead centres take the same."""
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import copy
 import math
+import zlib
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 
@@ -32,6 +34,8 @@ QUANTITIES: Mapping[str, Sequence[str]] = {
 RATE = "rate"
 """How fast such a quantity changes: ``rate(angle(hip))``."""
 
+SAMPLES = (0.31, -0.47, 0.0083, -0.0021, 5.3, -7.9)
+"""Times and states, of no meaning, on both sides of zero, at which a divisor is tried that may be zero always."""
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)
 
 
@@ -44,6 +48,7 @@ def normal_form(text: str, names: Names, mechanism: Mechanism) -> str:
     tree = reader.read(parsed(text), 0)
     if not reader.moves:
         raise ExpressionError(f"it has neither t nor a quantity that moves; {_help()}")
+    _check_divisors(tree)
     return ast.unparse(tree)
 
 
@@ -52,6 +57,7 @@ def number_or_form(text: str, names: Names, mechanism: Mechanism) -> float | str
     reader = _Reader(names, mechanism)
     tree = reader.read(parsed(text), 0)
     if reader.moves:
+        _check_divisors(tree)
         return ast.unparse(tree)
     try:
         value = value_of(tree, 0.0)
@@ -65,6 +71,31 @@ def number_or_form(text: str, names: Names, mechanism: Mechanism) -> float | str
 def _help() -> str:
     told = [f"{name}({', '.join(of)})" for name, of in QUANTITIES.items()]
     return f"the quantities are t, {', '.join(told)} and rate(...) of one of them"
+
+
+class _AtSome(ast.NodeTransformer):
+    """An expression with numbers in place of what is asked of the state, other ones for each ``sample``."""
+
+    def __init__(self, sample: float) -> None:
+        self.sample = sample
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if isinstance(node.func, ast.Name) and node.func.id in (*QUANTITIES, RATE):
+            return ast.Constant(self.sample * (1.0 + zlib.crc32(ast.unparse(node).encode()) / 2**32))
+        return ast.Call(node.func, [self.visit(one) for one in node.args], [])
+
+
+def _check_divisors(tree: ast.expr) -> None:
+    """Raise ``ExpressionError`` where something is divided by what is zero whatever the state is."""
+    for sample in SAMPLES:
+        try:
+            value_of(_AtSome(sample).visit(copy.deepcopy(tree)), sample)
+        except ZeroDivisionError:
+            continue
+        except (ArithmeticError, ValueError):
+            pass
+        return
+    raise ExpressionError("it divides by what is always zero; correct it")
 
 
 class _Reader:

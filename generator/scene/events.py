@@ -98,6 +98,11 @@ def check_set(
                     f'found "{key}", which is given over time, {over_time[key].shown}, expected the path of a '
                     "parameter; give it a number there",
                 )
+            elif key.endswith(".on") and key not in parameters:
+                report.add(
+                    place,
+                    f'found "{key}", expected the path of a parameter; to switch an effect write its name in on or off',
+                )
             elif key not in parameters:
                 near = get_close_matches(key, parameters, 3) or list(parameters)[:3]
                 told = " or ".join(f'"{one}"' for one in near)

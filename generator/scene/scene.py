@@ -7,7 +7,7 @@ import dataclasses
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
@@ -141,6 +141,14 @@ class Asked:
     times: int | None = None
 
 
+class ValueOfEvent(NamedTuple):
+    """What an event, by its number, sets the parameter of a ``path`` to."""
+
+    event: int
+    path: str
+    value: float | str
+
+
 @dataclass(frozen=True)
 class Structure:
     """What the mechanism is while the joints ``open`` do not hold: a scene of its own, which is run by none."""
@@ -258,6 +266,17 @@ class Scene:
         signs = {"rising": 1, "falling": -1, "either": 0}
         every = () if self.changes else self.events
         return tuple((one.when, signs[one.direction]) for one in every)
+
+    @property
+    def values_of_events(self) -> tuple[ValueOfEvent, ...]:
+        """What events set in a compiled model, in their order: gates of effects last of each. Nothing where joints let
+        go."""
+        found = []
+        for number, event in enumerate(() if self.changes else self.events):
+            switched = dict.fromkeys(event.on, 1.0) | dict.fromkeys(event.off, 0.0)
+            every = (*event.set, *((f"{name}{ON}", value) for name, value in switched.items()))
+            found += [ValueOfEvent(number, path, value) for path, value in every]
+        return tuple(found)
 
     def canonical(self) -> str:
         """Text that is the same for scenes that generate the same model, and only for those.

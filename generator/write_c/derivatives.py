@@ -26,7 +26,7 @@ PARTS = {"q": ("q",), "u": ("u",), "k": ("k",), "t": ("t", "inputs")}
 OF_SOLUTIONS = ("acceleration", "impulse", "contact_response")
 """Functions whose derivatives follow from those of the residuals."""
 
-LEFT_OUT = ("momentum", "inverse_dynamics", "switching", "latching", "reaches", "indicators")
+LEFT_OUT = ("momentum", "inverse_dynamics", "switching", "latching", "reaches", "indicators", "event_values")
 """Functions of which no derivative is asked for, or that of another stands for."""
 
 SOLVE = "solve"

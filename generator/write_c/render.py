@@ -15,13 +15,13 @@ from .lanes import over_lanes, over_states
 from .precision import DOUBLE, Precision
 from .routines import Writer
 
-MEMBERS = {"points": "point_positions", "indicators": "indicate"}
+MEMBERS = {"points": "point_positions", "indicators": "indicate", "event_values": "find_event_values"}
 """Kernels whose place in the contract has another name."""
 
 IN_LANES = ("acceleration_lanes", "acceleration_states", "stages")
 """Members of the contract that are in a file of their own."""
 
-OPTIONAL = ("latches", "told", "lines", "indicators")
+OPTIONAL = ("latches", "told", "lines", "indicators", "event_values")
 """Sizes that are left out where they are 0."""
 
 METHODS = (
@@ -68,6 +68,7 @@ class Sizes:
     told: int = 0
     lines: int = 0
     indicators: int = 0
+    event_values: int = 0
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,19 +22,26 @@ from .numbers import Numbers, prepare, rounding_sample
 from .observed import EXTREMES, Observed
 from .reduction import Reduction
 from .singly import SingleRuns
-from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces
+from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces, wants_parameters
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
 from .units import units_of_columns
 
 MEMORY = 64e6
 """Bytes of what is observed that are worked on at a time, beside the table itself."""
+UNSET = ("cannot_set", "opened", "inside", "set_without_end")
+"""Ends of runs in which an event has set what cannot be, of ensembles and programs in C alone."""
 MOST = 65536
 """Runs at a time."""
 
 
 def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> bool:
     """Whether the core alone can make these runs."""
-    if model.data.get("events") or model.data.get("switching") is not None or callable(numbers.inputs):
+    if model.data.get("switching") is not None or callable(numbers.inputs):
+        return False
+    set_by_events = {path for event in model.data.get("events", ()) for path in event["set"]}
+    if model.folded and set_by_events:
+        return False  # which says so
+    if set_by_events & set(model.data["instants"]):
         return False
     if numbers.params and kinks_until(model, until):
         return False  # instants at which steps end are parameters
@@ -43,9 +50,16 @@ def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> boo
     try:
         for output in named_outputs(model, observed.outputs).values():
             wants_forces(model, output)
+            if varies(model) and wants_parameters(model, output):
+                return False
     except WantsRun:
         return False
     return True
+
+
+def varies(model: Model) -> bool:
+    """Whether events set parameters of a model, or switch effects."""
+    return any(event["set"] or event["on"] or event["off"] for event in model.data.get("events", ()))
 
 
 class CompiledRuns:
@@ -66,10 +80,14 @@ class CompiledRuns:
         self.forces = any(wants_forces(model, output) for output in self.outputs.values())
         self.times = 0 if not self.outputs else 1 if observed.at is None else len(observed.at)
 
+    def _apart(self, numbers: Numbers) -> bool:
+        """Whether states have parameters of their own."""
+        return bool(numbers.params) or varies(self.model)
+
     def size(self, numbers: Numbers) -> int:
         """How many runs are made at a time."""
         m, n = self.model, len(self.model.q_names)
-        places = 6 * len(m.links) + 2 * len(m.points) + 2 * len(m.contacts) + 2 if numbers.params else 0
+        places = 6 * len(m.links) + 2 * len(m.points) + 2 * len(m.contacts) + 2 if self._apart(numbers) else 0
         forces = n + len(m.rows) + 1 + 2 * len(m.contacts) + 3 * len(m.joints) + len(m.told) if self.forces else 0
         state = self.times * (2 * n + places + forces + len(self.outputs))
         row = 8 * (2 * n + 8 + self.observed.impact_times + state + (len(m.parameters) if numbers.params else 0))
@@ -106,20 +124,23 @@ class CompiledRuns:
             at=self.observed.at if self.outputs else None,
             times=self.times,
             impact_times=self.observed.impact_times,
-            places=bool(self.outputs) and bool(numbers.params),
+            places=bool(self.outputs) and self._apart(numbers),
             forces=self.forces,
             reduction=self.reduction and self.reduction.address,
             refused=ready.refused,
         )
         whole = share(made.work, min(threads, numbers.count), made.end, told and (lambda: told(made.done)))
         rows = self._table(numbers, made.answers)
-        return self._cut(numbers, rows) if model.data["drives"] else rows, whole
+        unset = np.isin(made.answers["outcome"], [model.core.OUTCOMES.index(name) for name in UNSET])
+        alone = rows.status == STOPPED if model.data["drives"] else unset
+        return self._as_alone(numbers, rows, np.flatnonzero(alone).tolist()), whole
 
-    def _cut(self, numbers: Numbers, table: Ensemble) -> Ensemble:
-        """The table with runs that stop as they are alone: at a dead point of a drive, which is told by all of a run's
-        rows, some are cut off. A reduction, which has read them, is no number there."""
+    def _as_alone(self, numbers: Numbers, table: Ensemble, runs: Sequence[int]) -> Ensemble:
+        """The table with ``runs`` that have stopped as they are alone: at a dead point of a drive, which is told by all
+        of a run's rows, some are cut off, and what an event cannot set is told in full. A reduction, which has read
+        rows, is no number there."""
         singly, reasons = SingleRuns(self.model, self.observed, self.asked), list(table.reason)
-        for run in np.flatnonzero(table.status == STOPPED).tolist():
+        for run in runs:
             one, _ = singly.make(numbers.part(run, run + 1), 1, None)
             table.status[run], reasons[run] = one.status[0], one.reason[0]
             table.t[run], table.steps[run], table.impacts[run] = one.t[0], one.steps[0], one.impacts[0]
@@ -169,6 +190,8 @@ class CompiledRuns:
                     INTERRUPTED,
                     f"stopped at t = {found['end'][run, 2 * n]:.12g} s: interrupted",
                 )
+            elif outcomes[number] in UNSET:
+                status[run] = STOPPED  # one that is made alone says why
             else:
                 other = model.with_parameters(numbers.params_of(run)) if numbers.params else model
                 row = found["end"][run : run + 1]
@@ -225,7 +248,7 @@ class CompiledRuns:
         """Values (n,) of each output at the states that are ``known``."""
         t, q, u = states
         stack: Stack
-        if not numbers.params:
+        if not self._apart(numbers):
             stack = Stack(self.model, t, q, u, forces)
         else:
             stack = Apart(self.model, t, q, u, {key: found[key][known] for key in PLACES}, forces)

@@ -63,9 +63,9 @@ def ensemble(
     those of :func:`simulate`. Ctrl-C raises ``KeyboardInterrupt``, or with ``keep_interrupted`` keeps the rows that are
     done; the others say that they are not.
 
-    Runs are made by the compiled core, without Python, but for models with ``[[event]]``, ``[[release]]`` or
-    ``[[hold]]``, with a controller in Python, and where impulses or extremes over rows are observed: these are made one
-    by one, by threads that share Python.
+    Runs are made by the compiled core, without Python, with what ``[[event]]`` tables set, switch and end, but for
+    models with ``[[release]]`` or ``[[hold]]``, with a controller in Python, and where impulses or extremes over rows
+    are observed: these are made one by one, by threads that share Python.
 
     Raises ``ValueError`` for names that are none, parameters that cannot be changed, lengths that do not fit and
     settings that are wrong for all runs, before the first, with all that is wrong.

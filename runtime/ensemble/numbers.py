@@ -243,16 +243,18 @@ def _to_be_put_right(model: Model, parameters: Any, scales: Any, q: FloatArray, 
 
 
 def _parameters(model: Model, numbers: Numbers, refused: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Values of all parameters, and the length and the characteristic time (0: none) that follow.
+    """Values of the parameters that can be set, and the length and the characteristic time (0: none) that follow.
 
     They are those of one model alone, worked out for all at once. Runs that are ``refused`` keep the model's own."""
-    kind, paths = model.core.REAL, list(model.parameters)
+    kind, paths = model.core.REAL, list(model.settable)
     parameters = np.tile(np.array([model.parameters[path] for path in paths], dtype=kind), (numbers.count, 1))
     for path, values in numbers.params.items():
         parameters[~refused, paths.index(path)] = values[~refused]
 
     def value(x: str | float) -> Any:
-        return parameters[:, paths.index(x)].astype(float) if isinstance(x, str) else np.full(numbers.count, float(x))
+        if x in paths:
+            return parameters[:, paths.index(x)].astype(float)
+        return np.full(numbers.count, float(model.parameters[x] if isinstance(x, str) else x))
 
     extents = [
         np.ptp(np.array([[value(c) for c in point] for point in points]), axis=0).max(axis=0)

@@ -36,6 +36,10 @@ SAME = frozenset(
 """What is the same of a model whatever its parameters are."""
 
 
+APART = 2.0**20
+"""The gap of a contact whose effect is off (``APART`` of generator/derive/gated.py)."""
+
+
 class WantsRun(Exception):
     """An output that follows from a whole run, as impulses do, and not from states of it."""
 
@@ -104,11 +108,11 @@ class Apart(Stack):
 
     @cached_property
     def gaps(self) -> FloatArray:
-        return self.places["gap"]
+        return np.where(self.places["gap"] == APART, np.nan, self.places["gap"])
 
     @cached_property
     def gap_rates(self) -> FloatArray:
-        return self.places["gap_rate"]
+        return np.where(self.places["gap"] == APART, np.nan, self.places["gap_rate"])
 
     def place(self, point: str) -> FloatArray:
         name = self.named.data["welded_points"].get(point, point)
@@ -141,6 +145,13 @@ def motion_from(model: Any, forces: Mapping[str, FloatArray]) -> Motion:
     )
 
 
+def _no_motion(m: Any) -> Motion:
+    """Of one state."""
+    counts = ((len(m.u_names),), (len(m.rows),), (len(m.contacts), 2), (len(m.joints), 3), (len(m.told),))
+    assert len(counts) == len(fields(Motion))
+    return Motion(*(np.zeros((1, *shape)) for shape in counts))
+
+
 class _Asking(Stack):
     """One state that notes whether forces are asked for."""
 
@@ -149,10 +160,15 @@ class _Asking(Stack):
     @cached_property
     def motion(self) -> Motion:
         self.asked = True
-        m = self.model
-        counts = ((len(m.u_names),), (len(m.rows),), (len(m.contacts), 2), (len(m.joints), 3), (len(m.told),))
-        assert len(counts) == len(fields(Motion))
-        return Motion(*(np.zeros((1, *shape)) for shape in counts))
+        return _no_motion(self.model)
+
+
+class _AskingApart(Apart):
+    """One state of which no parameters are known."""
+
+    @cached_property
+    def motion(self) -> Motion:
+        return _no_motion(self.named)
 
 
 def wants_forces(model: Model, output: Output) -> bool:
@@ -161,3 +177,16 @@ def wants_forces(model: Model, output: Output) -> bool:
     asking = _Asking(model, np.zeros(1), q, u, None)
     output.of(asking)
     return asking.asked
+
+
+def wants_parameters(model: Model, output: Output) -> bool:
+    """Whether an output follows from values of parameters beside what is known of states apart."""
+    q, u = (np.array(part[None]) for part in model.start())
+    shapes = {"pose": 3 * len(model.links), "point": 2 * len(model.points), "gap": len(model.contacts), "energy": 2}
+    shapes |= {"velocity": shapes["pose"], "gap_rate": shapes["gap"]}
+    places = {key: np.zeros((1, count)) for key, count in shapes.items()}
+    try:
+        output.of(_AskingApart(model, np.zeros(1), q, u, places, None))
+    except WantsParameters:
+        return True
+    return False

@@ -32,7 +32,7 @@ cdef extern from *:
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, told, indicators, lanes
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, told, indicators, event_values, lanes
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
@@ -322,7 +322,7 @@ cdef extern from *:
     int ccgen_create(const ccgen_model *model, const ccgen_settings *settings, ccgen_simulation **made) nogil
     void ccgen_get_motion(const ccgen_simulation *made, real *t, real *q, real *u) nogil
     int reset_holding(ccgen_simulation *made, real t, const real *q, const real *u, const real *latched) nogil
-    int run_simulation "simulate"(ccgen_simulation *made, real until) nogil
+    int run_simulation "simulate"(ccgen_simulation *made, real until, int *halts) nogil
     size_t ccgen_state_size(const ccgen_simulation *made) nogil
     void ccgen_get_state(const ccgen_simulation *made, void *bytes) nogil
     int ccgen_set_state(ccgen_simulation *made, const void *bytes) nogil

@@ -118,7 +118,7 @@ cdef class Kernels(Differentiating):
         cdef unsigned char[::1] were
         cdef const long *most = NULL
         cdef long[::1] more
-        cdef int outcome
+        cdef int outcome, halted
         cdef bytes method = name.encode()
         if state is None and (<size_t>q.shape[0] != n or <size_t>u.shape[0] != n):
             raise ValueError(f"found {q.shape[0]} coordinates and {u.shape[0]} velocities, expected {n} of both")
@@ -166,7 +166,7 @@ cdef class Kernels(Differentiating):
                 if before is not NULL:
                     begin_watch(it, before, most)
                 if outcome == 0:
-                    outcome = run_simulation(it, until)
+                    outcome = run_simulation(it, until, &halted)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
                 raise ValueError(OTHER_STATE)
             if onlooker.error is not None and not isinstance(onlooker.error, KeyboardInterrupt):
@@ -184,7 +184,7 @@ cdef class Kernels(Differentiating):
         cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count, size = it.system.size
         cdef size_t width = size + self.m.latches
         cdef real end
-        cdef dict came = self._crossings(it) if it.run.watched else {}
+        cdef dict came = self._crossings(it) if it.run.watched and rows else {}
         cdef bytes state = PyBytes_FromStringAndSize(NULL, ccgen_state_size(it))
         ccgen_get_state(it, <char *>state)
         ccgen_get_motion(it, &end, NULL, NULL)

@@ -24,6 +24,7 @@ extern const struct ccgen_model ccgen_model_{package};
 
 /* links: {links}
  * contacts: {contacts}
+ * events by their numbers: {events}
  * q: {q_names}
  * u: {u_names} */
 enum {{ {package}_n = {n}, {package}_contacts = {count} }};
@@ -86,9 +87,10 @@ def c_header(model: Geometry) -> str:
         u_names=", ".join(model.u_names),
         n=len(model.q_names),
         count=len(model.contacts),
+        events=_events(model),
         q=_numbers(q),
         u=_numbers(u),
-        parameters=_lines([f"{value!r}, /* {path} */" for path, value in model.parameters.items()] or ["0"], 1),
+        parameters=_lines([f"{value!r}, /* {path} */" for path, value in model.settable.items()] or ["0"], 1),
         angular=", ".join(map(str, stops or [0])),
         length=repr(model.length),
         time=repr(model.time or 0.0),
@@ -119,6 +121,14 @@ def package_in_code(folder: Path) -> str:
     if found is None:
         raise ValueError(f"{folder / 'model.c'}: found no descriptor of a model; generate the model again")
     return found[1]
+
+
+def _events(model: Geometry) -> str:
+    """Names of the events, and that there are none where joints let go."""
+    names = [f"{number} {event['name']}" for number, event in enumerate(model.data.get("events", ()))]
+    if model.data.get("switching") is not None:
+        return "none, and no joint lets go or takes hold: programs in C have the mechanism of the start alone"
+    return ", ".join(names) or "none"
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -69,12 +69,16 @@ class Model(Geometry):
             self._copy = copy, (self._changes, copy._changes)
         return copy
 
+    def as_nobody_changes_it(self) -> Model:
+        """This model, of whose values nobody is told who could change them: :meth:`as_it_is` gives it and no copy."""
+        self._copy = self, (self._changes, self._changes)
+        return self
+
     def with_parameters(self, values: Mapping[str, float] | None) -> Model:
         """A model of its own with other parameter values; this one stays as it is."""
-        other = Model(self._descriptor, self.data, self._parameters, self.folder, self._begin)
+        every = self._parameters if values is None else {**self._parameters, **self._parameters.checked(values)}
+        other = Model(self._descriptor, self.data, every, self.folder, self._begin)
         other.pieces_of_time = self.pieces_of_time  # no parameter changes how fast loads change
-        if values is not None:
-            other.parameters.update(values)
         return other
 
     def with_start(self, poses: ArrayLike, velocities: ArrayLike) -> Model:

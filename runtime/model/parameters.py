@@ -67,6 +67,18 @@ class Parameters(MutableMapping[str, float]):
 
     def update(self, other: Mapping[str, float], /) -> None:  # type: ignore[override]
         """Set several values together: all of them, or none when one is wrong."""
+        checked = self.checked(other)
+        before = dict(self._values)
+        self._values.update(checked)
+        try:
+            self._changed()
+        except ValueError:
+            self._values = before
+            self._changed()
+            raise
+
+    def checked(self, other: Mapping[str, float]) -> dict[str, float]:
+        """Values that may be set, as numbers. Raises as ``update`` does, but for values that do not go together."""
         if not isinstance(other, Mapping):
             raise TypeError(
                 f"parameters: found {type(other).__name__}, expected a mapping of parameter names to values"
@@ -82,14 +94,7 @@ class Parameters(MutableMapping[str, float]):
                 f"{numbers[0]}: found a new value for {self._folded}, whose parameters are folded into its code as "
                 "numbers; build it without --fold (ccgen --scene FILE, or generate(scene)) to change them"
             )
-        before = dict(self._values)
-        self._values.update(checked)
-        try:
-            self._changed()
-        except ValueError:
-            self._values = before
-            self._changed()
-            raise
+        return checked
 
     def _known(self, name: str) -> None:
         if name in self._over_time:

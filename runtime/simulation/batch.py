@@ -13,19 +13,25 @@ from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..run import Run
-from .one_run import options_of, simulate_one
+from .one_run import options_of
 from .threads import processors, share
 
 
 def simulate_batch(
-    model: Model, q0: ArrayLike, u0: ArrayLike | None, *, progress: Callable[[float], object] | None, **options: Any
+    model: Model,
+    q0: ArrayLike,
+    u0: ArrayLike | None,
+    make: Callable[..., Run],
+    *,
+    progress: Callable[[float], object] | None,
+    **options: Any,
 ) -> list[Run]:
     """A run from every start: ``q0`` (b, nq), ``u0`` (b, nu) or (nu,), the scene's velocities where it is ``None``.
 
-    Runs work without the GIL, each on its own, so each is what :func:`simulate_one` gives for its start alone.
-    ``options`` are those of it; ``progress`` is called with the time that a run has reached. When a run raises, the
-    others stop. So they do at Ctrl-C; with ``keep_interrupted`` the runs that were begun are given then, of the first
-    starts, those in progress as far as they came.
+    Runs work without the GIL, each on its own, so each is what ``make``, as :func:`~.one_run.simulate_one`, gives for
+    its start alone. ``options`` are those of it; ``progress`` is called with the time that a run has reached. When a
+    run raises, the others stop. So they do at Ctrl-C; with ``keep_interrupted`` the runs that were begun are given
+    then, of the first starts, those in progress as far as they came.
     Raises ``ValueError`` for shapes that do not fit and for starts that cannot be simulated.
     """
     faults = Faults()
@@ -54,7 +60,7 @@ def simulate_batch(
     def work() -> None:
         try:
             while not ended_by and (index := next(waiting, None)) is not None:
-                runs[index] = simulate_one(model, qs[index], us[index], progress=reached, **options)
+                runs[index] = make(model, qs[index], us[index], params=None, progress=reached, **options)
         except AnotherFailed:
             return  # which is raised by the thread that it failed in
         except BaseException:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -217,8 +217,6 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
         if course.changes > MOST_CHANGES:
             course.failed = True
             return f"stopped at t = {course.t:.12g} s: events set parameters without end; change when they come"
-        if course.t >= end:
-            return _close(course, options)
 
 
 def _interrupting(course: Course) -> bool:
@@ -388,14 +386,20 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
                 f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
                 f'by path, or "{STOP}"'
             )
-        try:
-            _with(course, {path: value for path, value in values.items() if path not in answered})
-        except ValueError as error:
-            return _unsettable(course, event, error)
-        values |= answered
         off = frozenset(course.model.off)
         then = (off | frozenset(said["off"])) - frozenset(said["on"])
-        if values or then != off:  # what is left to raise is what the caller's own function has answered
+        for name, path in course.model.gates.items():
+            if path in answered:
+                then = then | {name} if answered[path] == 0.0 else then - {name}
+        gates = {path: float(name not in then) for name, path in course.model.gates.items() if name in off ^ then}
+        own = {path: value for path, value in values.items() if path not in answered}
+        told = {path: value for path, value in answered.items() if path not in course.model.gates.values()}
+        try:
+            model = _with(course.model, own | gates)
+        except ValueError as error:
+            return _unsettable(course, event, error)
+        values |= told
+        if values or gates or answered:  # what is left to raise is what the caller's own function has answered
             parameters = course.model.parameters
             event = replace(
                 event,
@@ -404,8 +408,7 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
                 on=tuple(sorted(off - then)),
                 off=tuple(sorted(then - off)),
             )
-            gates = {path: float(name not in then) for name, path in course.model.gates.items() if name in off ^ then}
-            event = replace(event, energy=_set(course, values | gates))
+            event = replace(event, energy=_set(course, _with(model, answered), {*values, *gates}))
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
@@ -426,26 +429,27 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
     return value
 
 
-def _with(course: Course, values: Mapping[str, float]) -> Model:
+def _with(model: Model, values: Mapping[str, float]) -> Model:
     """The model with these values. Raises ``ValueError`` for those that it cannot have."""
     for path in values:
-        if any(drive["speed"] == path for drive in course.model.data["drives"]):
+        if any(drive["speed"] == path for drive in model.data["drives"]):
             raise ValueError(
                 f"{path}: found it set by an event, expected it kept: a driven joint keeps its first speed"
             )
-    return course.model.with_parameters(values) if values else course.model
+    return model.with_parameters(values).as_nobody_changes_it() if values else model
 
 
-def _set(course: Course, values: Mapping[str, float]) -> float:
-    """Set parameters, gates of effects among them; the energy (J) that the mechanism gets by that."""
+def _set(course: Course, model: Model, changed: Collection[str]) -> float:
+    """Go on with the ``model`` in which parameters have ``changed``, gates of effects among them; the energy (J) that
+    the mechanism gets by that."""
     before, off = _energy(course), course.model.off
-    course.model = _with(course, values)
-    course.changed |= frozenset(values)
+    course.model = model
+    course.changed |= frozenset(changed)
     if course.latched is not None:
-        model = _structure(course)
-        gates = (one for one in model.data.get("gates", ()) if one["effect"] in off)
+        there = _structure(course)
+        gates = (one for one in there.data.get("gates", ()) if one["effect"] in off)
         forgotten = [name for one in gates for name in one["latches"]]
-        held = zip(model.data.get("latches", ()), course.latched, strict=True)
+        held = zip(there.data.get("latches", ()), course.latched, strict=True)
         course.latched = np.array([np.nan if name in forgotten else value for name, value in held])
     course.memory = None
     jump = _energy(course) - before

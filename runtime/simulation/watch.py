@@ -53,8 +53,10 @@ class Watch:
         return table
 
     def take(self, found: Mapping[str, Any]) -> None:
-        """Take what the core has found so far."""
-        self.found, self.states, self.after = found["crossings"], found["crossed"], found["armed"]
+        """Take what the core has found so far: nothing of a run that has not begun."""
+        self.found = found.get("crossings", [])
+        self.states = found.get("crossed", np.empty((0, 2 * found["q"].shape[1])))
+        self.after = found.get("armed", self.armed_before)
 
     def along(self, run: Run) -> tuple[Located, ...]:
         """The same by signals, as far as the run goes, and what comes together with its end."""

@@ -72,6 +72,18 @@ def test_questions_are_about_what_acts_at_the_start(model: Any) -> None:
     assert np.allclose(small.A, [[0.0, 1.0], [-3.0 * found.stiffness[0], 0.0]], rtol=1e-6, atol=1e-12)
 
 
+def test_gaps_of_what_is_off_are_infinite_and_outputs_have_none(model: Any) -> None:
+    """And it is neither drawn nor among what is on."""
+    run = simulate(model, until=0.3)
+    later = run.model_at(0.2)
+    assert set(model.off) == {"load", "bumper"} and later.off == ("coil",)
+    assert np.isinf(model.gaps([0.4])).all() and later.gaps([0.4]) == pytest.approx([0.4 + np.pi / 6.0])
+    gap = run.values("bumper.lowest.hinge.gap", t=[0.05, 0.2])["bumper.lowest.hinge.gap"]
+    assert np.isnan(gap[0]) and gap[1] == pytest.approx(run.at(0.2)[0][0] + np.pi / 6.0)
+    drawn = [{part.name for part in one.parts} for one in (model, later)]
+    assert "coil" in drawn[0] - drawn[1] and {"load", "bumper"} <= drawn[1] - drawn[0]
+
+
 def test_questions_to_a_later_model_are_about_what_acts_then(model: Any) -> None:
     run = simulate(model, until=0.3)
     later, first = run.model_at(0.2), run.model_at(0.0)

@@ -40,9 +40,18 @@ def test_a_model_with_everything_gives_every_member(tmp_path: Path) -> None:
 
     file = tmp_path / "everything.toml"
     file.write_text(SCENE_WITH_EVERYTHING)
+    setting = {key: [0] for key in ("stops_at", "value_of", "value_to", "value_within", "value_forgets")}
     source, _ = Written(load_scene(file), tmp_path).source(
         "everything",
-        {"partner": [0], "driven": [0, -1], "latched_at": [0], "sides": [1], "directions": [0], "rated": [1]},
+        {
+            "partner": [0],
+            "driven": [0, -1],
+            "latched_at": [0],
+            "sides": [1],
+            "directions": [0],
+            "rated": [1],
+            **setting,
+        },
         derivatives=True,
     )
     descriptor = source.partition("const struct ccgen_model ")[2]
@@ -72,6 +81,7 @@ damping = 0.1
 
 [[event]]
 when = "angle(joint_1)"
+set = { "link_0.mass" = 2 }
 
 [[compliant_ground]]
 point = [0, -4]

@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 from ccgen.generator import generate, load_scene
-from ccgen.runtime import load_model, simulate
+from ccgen.runtime import ensemble, load_model, simulate
 
 from ..support.c_library import Library, Settings
 from ..support.folders import ROOT
 from ..support.parallel_cranks import parallel_cranks
 from ..support.workshop import Workshop
 from ..support.written_models import Descriptor
+from .test_effects_on_and_off import OSCILLATOR
 from .test_user_events import BALL
 
 SCENE = ROOT / "scenes" / "falling-hexagon.toml"
@@ -67,8 +68,20 @@ def test_the_hexagon_flies_as_from_python(built: tuple[Path, str], workshop: Wor
     energies = [float(e) for e in re.findall(r"^energy ([\d.]+) J", printed, re.M)]
     whole = [sum(run.model.energy(run.q[row], run.u[row])) for row in (0, -1)]
     assert np.abs(np.subtract(energies, whole)).max() <= 1e-7
-    assert printed.endswith("the same yes\n")
+    assert "the same yes\n" in printed
     assert len(re.findall(r"^end ", printed, re.M)) == 1
+
+
+def test_the_walker_walks_as_from_python(built: tuple[Path, str], workshop: Workshop) -> None:
+    """Steps, the events that switch the ground in them, and the strikes."""
+    printed = re.findall(r"^t = +([\d.]+) s  (.+)$", built[1], re.M)
+    run = simulate(workshop.model(load_scene(ROOT / "scenes" / "simplest-walker.toml")), until=12.0)
+    strikes = [(float(impact.t), "a foot strikes") for impact in run.impacts if impact.energy_loss > 1e-4]
+    assert [what for _, what in printed if what != "a foot strikes"] == [event.name for event in run.events]
+    found = [(float(t), what) for t, what in printed]
+    for t, what in [*((event.t, event.name) for event in run.events), *strikes]:
+        assert min(abs(t - other) for other, said in found if said == what) <= 1e-6
+    assert len(strikes) == 3 and len(run.events) == 6
 
 
 def test_the_model_is_generated_anew_behind_them(built: tuple[Path, str], tmp_path: Path) -> None:
@@ -311,6 +324,96 @@ def test_an_interrupted_motion_halts_where_one_that_is_not_does(library: Library
     assert len(expected) > 1 and asked > 200
     for at in np.linspace(1, asked, 60).astype(int):
         assert [one[1] for one in halts(int(at))[0]] == [one[1] for one in expected]
+
+
+def test_events_do_what_the_scene_says(library: Library, workshop: Workshop) -> None:
+    """A spring of 8 N/m on 2 kg that is cut at 0.5 s and comes again at 1.5 s with four times its stiffness; the same
+    from a state, by the same bits, and anew from the start."""
+    text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\n'
+    text += '[[event]]\nwhen = "t - 1.5"\non = ["coil"]\nset = { "coil.stiffness" = "32 + 0*slide(rail)" }\n'
+    text += '[[event]]\nwhen = "rate(slide(rail))"\nstop = true\ntimes = 2\n[[event]]\nwhen = "t - 1"\n'
+    model = workshop.model(text)
+    x, v = 1.0 + 0.5 * np.cos(1.0), -np.sin(1.0)
+    y, phase = x + v - 1.0, np.arctan2(v / 4.0, x + v - 1.0)
+    first, second = (1.5 + (phase + turns * np.pi) / 4.0 for turns in (1, 2))
+    made, other = (library.create(model, events=3, rtol=1e-12)[1] for _ in range(2))
+    assert made.reset(*model.start()) == "done"
+    for again in range(2):
+        met, states = [], []
+        while not met or met[-1][1] != 5:
+            outcome, event = made.step_to_event(4.0)
+            assert outcome == "done"
+            met.append((event.t, event.kind, event.indicator))
+            states.append(made.state())
+            if len(met) == 1:
+                assert made.parameters()["coil.on"] == 0.0 and made.motion()[2] == pytest.approx([v], abs=1e-11)
+        assert met == [(0.5, 4, 0), (1.5, 4, 1), (pytest.approx(second, abs=1e-11), 5, 2)] and first > 1.5
+        assert made.motion()[1] == pytest.approx([1.0 + np.hypot(y, v / 4.0)], abs=1e-11)
+        assert made.parameters() | {"coil.stiffness": 32.0, "coil.on": 1.0} == made.parameters()
+        if not again:
+            end = made.state()
+            assert other.reset(*model.start()) == "done" and other.set_state(states[0]) == "done"
+            assert other.parameters()["coil.on"] == 0.0 and other.step_to_event(4.0)[1].kind == 4
+            other.step_to_event(4.0)
+            assert np.array_equal(np.concatenate(other.motion()[1:]), np.concatenate(made.motion()[1:]))
+            assert made.reset(*model.start()) == "done" and made.parameters()["coil.stiffness"] == 8.0
+    assert made.state() == end
+    told = library.create(model, events=1)[1]
+    assert told.reset(*model.start()) == "done" and told.set_state(end) == "other_state"
+
+
+@pytest.mark.parametrize(
+    ("event", "outcome"),
+    [
+        ('set = { "coil.stiffness" = "slide(rail) - 2" }', "cannot_set"),
+        ('set = { "cart.mass" = "0*t" }', "cannot_set"),
+        ('set = { "cart.mass" = "exp(1000 + t)" }', "cannot_set"),
+        ('on = ["floor"]', "inside"),
+    ],
+)
+def test_what_events_cannot_do_ends_the_motion(event: str, outcome: str, library: Library, workshop: Workshop) -> None:
+    text = OSCILLATOR.replace("[run]", 'off = ["floor"]\n[run]')
+    text += '[[ground]]\nname = "floor"\npoint = [0, 1]\ncontacts = ["cart.A"]\nrestitution = 0\n'
+    text += '[[event]]\nwhen = "t - 9"\non = ["floor"]\n'
+    model = workshop.model(text + f'[[event]]\nwhen = "t - 0.5"\n{event}\n')
+    made = library.create(model, events=3)[1]
+    assert made.reset(*model.start()) == "done" and made.step_to_event(1.0)[0] == outcome
+    assert made.motion()[0] == 0.5 and made.parameters() == dict(model.settable)  # nothing has been set
+    found = ensemble(model, {"coil.length": [1.0, 1.1]})
+    assert list(found.status) == ["stopped"] * 2
+    assert found.reason == tuple(simulate(model, params={"coil.length": length}).message for length in (1.0, 1.1))
+
+
+def test_an_event_that_opens_loops_ends_the_motion(library: Library, workshop: Workshop) -> None:
+    text = (ROOT / "scenes" / "four-bar.toml").read_text()
+    model = workshop.model(text + '[[event]]\nwhen = "t - 0.1"\nset = { "coupler.points.B.x" = "3 + 0*t" }\n')
+    made = library.create(model, events=3)[1]
+    assert made.reset(*model.start()) == "done" and made.step_to_event(1.0)[0] == "opened"
+    q, u = model.start()
+    found = ensemble(model, q0=[q] * 4, u0=[u] * 4, until=0.5, threads=1)
+    assert list(found.status) == ["stopped"] * 4 and "opens the loops by" in found.reason[3]
+
+
+@pytest.mark.parametrize(("by", "outcome"), [(5e-7, "done"), (2e-6, "opened")])
+def test_loops_may_open_by_a_millionth(by: float, outcome: str, library: Library, workshop: Workshop) -> None:
+    """Of the longest link, of 0.35 m; what is nearer is closed again."""
+    text = (ROOT / "scenes" / "four-bar.toml").read_text()
+    plain = workshop.model(text)
+    length = plain.parameters["coupler.points.B.x"] + by * plain.length
+    model = workshop.model(text + f'[[event]]\nwhen = "t - 0.1"\nset = {{ "coupler.points.B.x" = {length!r} }}\n')
+    made = library.create(model, events=3)[1]
+    assert made.reset(*model.start()) == "done" and made.step_to_event(1.0)[0] == outcome
+    assert simulate(model, until=0.2).success == (outcome == "done")
+
+
+def test_events_that_set_again_and_again_end_the_motion(library: Library, workshop: Workshop) -> None:
+    text = OSCILLATOR + '[[event]]\nwhen = "sin(1e4*t)"\nset = { "coil.stiffness" = "8 + 0*t" }\n'
+    made = library.create(model := workshop.model(text), events=3, method=b"dopri5", fixed_step=1e-4)[1]
+    assert made.reset(*model.start()) == "done"
+    outcome, count = "done", 0
+    while outcome == "done" and made.motion()[0] < 4.0:
+        outcome, count = made.step_to_event(4.0)[0], count + 1
+    assert outcome == "set_without_end" and count == 10_001
 
 
 def test_without_a_method_it_is_that_of_python(library: Library, workshop: Workshop) -> None:

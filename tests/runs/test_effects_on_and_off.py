@@ -9,8 +9,9 @@ import pytest
 
 from ccgen.generator import SceneError, load_scene
 from ccgen.generator.cli.report import print_events
-from ccgen.runtime import simulate
+from ccgen.runtime import ensemble, simulate
 
+from ..support.command_line import ccgen
 from ..support.workshop import Workshop
 from .test_release_and_hold import TREBUCHET
 from .test_user_events import BALL, FALL, G
@@ -91,6 +92,30 @@ def test_what_is_off_at_the_start_acts_when_it_is_switched_on(workshop: Workshop
     assert run.at(1.5)[0] == pytest.approx([1.0 + np.cos(2.0) + 0.5 * np.sin(2.0)], abs=1e-11)
 
 
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "",
+        '[[damper]]\nname = "other"\nbetween = ["ground.O", "cart.A"]\ndamping = 1\n',
+        '[[rope]]\nname = "other"\nbetween = ["ground.O", "cart.A"]\nlength = 3\nrestitution = 0.5\n',
+        '[[touch]]\nname = "other"\nbetween = ["ground.O", "cart.A"]\nradius = [0.1, 0.1]\nrestitution = 0.5\n',
+        '[[compliant_touch]]\nname = "other"\nbetween = ["ground.O", "cart.A"]\nradius = [0.1, 0.1]\nload = 9\n'
+        "depth = 0.01\n",
+    ],
+)
+def test_effects_that_are_off_act_between_points_at_one_place(effect: str, workshop: Workshop) -> None:
+    """A cart begins where a spring has its other end, with 1 m/s; 0 times a direction that is none would be no load."""
+    others = ', "other"' if effect else ""
+    text = OSCILLATOR.replace(
+        "rail = 1.5 }", f'rail = 0 }}\nsliding_velocities = {{ rail = 1 }}\noff = ["coil"{others}]'
+    )
+    text += effect + '[[event]]\nwhen = "slide(rail) - 2"\ndirection = "rising"\non = ["coil"]\n'
+    text += f'[[event]]\nwhen = "t - 9"\non = ["coil"{others}]\n'
+    run = simulate(workshop.model(text))
+    assert run.success and [event.t for event in run.events] == [pytest.approx(2.0, abs=1e-12)] and not run.impacts
+    assert run.at(3.0)[0] == pytest.approx([1.0 + np.cos(2.0) + 0.5 * np.sin(2.0)], abs=1e-10)
+
+
 def test_a_ground_that_is_off_lets_through_and_catches_below_no_more(workshop: Workshop) -> None:
     """Through the ground at the second time, on to a lower one."""
     text = BALL.replace("until = 2", "until = 3")
@@ -113,6 +138,38 @@ def test_a_ground_that_is_switched_on_above_a_point_ends_the_run(workshop: Works
     run = simulate(workshop.model(text))
     assert not run.success and "what changes here has ball.P inside ground_0 by 1 m" in run.message
     assert run.at(run.t[-1])[0][1] == pytest.approx(-1.0)
+
+
+def test_gates_of_folded_models_are_all_that_can_be_set(workshop: Workshop, tmp_path: Path) -> None:
+    text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\n'
+    model, plain = workshop.model(text, fold=True), workshop.model(text)
+    assert list(model.settable) == ["coil.on"]
+    free = simulate(model, params={"coil.on": 0.0}, until=0.4)
+    assert free.q[-1] == pytest.approx([1.5], abs=1e-12)
+    assert simulate(model).q[-1] == pytest.approx(simulate(plain).q[-1], abs=1e-11)
+    found = ensemble(model, {"coil.on": [0.0, 1.0]}, observe=["q"], until=0.4)
+    assert found["q"][:, 0] == pytest.approx([1.5, 1.0 + 0.5 * np.cos(0.8)], abs=1e-11)
+    with pytest.raises(ValueError, match=r"coil\.mass|coil\.stiffness: found a new value for oscillator, whose"):
+        model.with_parameters({"coil.stiffness": 3.0, "coil.on": 0.0})
+    header = model.write_header(tmp_path / "one.h").read_text()
+    assert "1.0, /* coil.on */" in header and "coil.stiffness" not in header
+    (tmp_path / "one.toml").write_text(text)
+    done = ccgen("run", "one.toml", "--fold", "--set", "coil.on=0", "--until", "0.4", at=tmp_path)
+    assert done.returncode == 0 and "t = 0.4 s" in done.stdout
+    assert "coil.on = 1.0" in ccgen("show", "one.toml", at=tmp_path).stdout
+
+
+def test_a_function_of_an_event_may_switch_too(workshop: Workshop) -> None:
+    """Its answer wins over the table, and what is no gate's value is told."""
+    text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\n'
+    model = workshop.model(text + '[[event]]\nname = "later"\nwhen = "t - 1"\n')
+    kept = simulate(model, on_event={"cut": lambda _: {"coil.on": 1.0}, "later": lambda _: {"coil.on": 0}}, until=2.0)
+    cut, later = kept.events
+    assert (cut.on, cut.off, cut.parameters, later.off, later.parameters) == ((), (), {}, ("coil",), {})
+    x, v = 1.0 + 0.5 * np.cos(2.0), -np.sin(2.0)
+    assert kept.q[-1] == pytest.approx([x + v], abs=1e-11)
+    with pytest.raises(ValueError, match=r"coil\.on: found 0\.5, expected 1 or 0, on or off"):
+        simulate(model, on_event={"cut": lambda _: {"coil.on": 0.5}})
 
 
 @pytest.mark.hard

@@ -184,6 +184,81 @@ def test_runs_that_end_and_go_on_at_events_have_those_that_are_told(text: str, w
             assert sign * values[0, 0] >= -64 * np.finfo(float).eps * sizes[0, 0]
 
 
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+@pytest.mark.parametrize(
+    ("when", "level"),
+    [
+        ("sqrt(slide(guide) - 0.2) - 0.1", 0.21),
+        ("log(slide(guide)) + 2", np.exp(-2.0)),
+        ("log(slide(guide) + 0.1)", 1.0),
+    ],
+)
+def test_expressions_without_a_value_come_to_nothing(when: str, level: float, method: str, workshop: Workshop) -> None:
+    """A cart swings as 0.3 cos(5t); where a root or a logarithm has no value no event comes, and none is lost."""
+    model = workshop.model(CART + f'[[event]]\nwhen = "{when}"\n')
+    found = [(event.t, event.direction) for event in simulate(model, method=method).events]
+    first = np.arccos(level / 0.3) / 5.0 if level < 0.3 else np.nan
+    turns = [k * 2.0 * np.pi / 5.0 for k in range(5)] if level < 0.3 else []
+    expected = sorted([(t + first, "falling") for t in turns] + [(t - first, "rising") for t in turns[1:]])
+    expected = [one for one in expected if one[0] <= 5.0]
+    assert [one[1] for one in found] == [one[1] for one in expected]
+    assert [one[0] for one in found] == pytest.approx([one[0] for one in expected], abs=1e-7)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_borders_in_one_step_are_looked_at_in_the_order_of_time(order: int, workshop: Workshop) -> None:
+    """By chosen steps, by long and by very short ones; at a border itself nothing comes."""
+    tables = [f'[[event]]\nname = "{name}"\nwhen = "{when}"\ndirection = "falling"\n' for name, when in BORDERS.items()]
+    model = workshop.model(CART + "".join(tables[::order]))
+    expected = [("d", 0.75), ("b", 0.9995 - 1e-8), ("a", 1.0 - 1e-8)]
+    for step in (None, 0.125, 0.01):
+        run = simulate(model, until=1.2, step=step)
+        assert [event.name for event in run.events] == [name for name, _ in expected], step
+        assert [event.t for event in run.events] == pytest.approx([t for _, t in expected], abs=1e-11)
+    first = simulate(model, until=1.0 - 1e-10)
+    assert simulate(model, state=first.state, until=1.0 + 1e-10).success
+
+
+BORDERS = {"a": "sqrt(1 - t) - 1e-4", "b": "sqrt(0.9995 - t) - 1e-4", "d": "sqrt(1 - t) - 0.5"}
+
+
+def test_one_that_comes_back_beyond_zero_comes_where_it_has_a_value_again(workshop: Workshop) -> None:
+    text = CART + '[[event]]\nwhen = "sqrt((t - 1)*(t - 1.537)) + t - 1.2"\ndirection = "rising"\n'
+    model = workshop.model(text)
+    for step in (None, 0.1):
+        assert [event.t for event in simulate(model, until=2.0, step=step).events] == [pytest.approx(1.537, abs=1e-6)]
+
+
+def test_borders_in_floats(workshop: Workshop) -> None:
+    model = workshop.model(CART + '[[event]]\nwhen = "sqrt(1 - t) - 0.5"\n', precision="float")
+    assert [float(event.t) for event in simulate(model, until=2.0).events] == [pytest.approx(0.75, abs=1e-4)]
+
+
+CART = """
+name = "cart"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "cart"
+mass = 2
+inertia = 1
+com = [0, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "cart.A"]
+axis = [1, 0]
+[[spring]]
+between = ["ground.O", "cart.A"]
+stiffness = 50
+[start]
+slides = { guide = 0.3 }
+[run]
+until = 5
+"""
+
+
 @pytest.mark.parametrize("precision", ["double", hard("wide")])
 def test_an_event_at_an_impact_comes_behind_it(precision: str, workshop: Workshop) -> None:
     """Whatever the last digits of both are: the restitution that it sets is that of the next impact."""

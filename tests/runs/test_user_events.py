@@ -12,7 +12,7 @@ import pytest
 from scipy.special import ellipk
 
 from ccgen.generator import SceneError
-from ccgen.runtime import Event, HybridState, simulate
+from ccgen.runtime import Event, HybridState, ensemble, simulate
 
 from ..support.workshop import Workshop
 from .test_release_and_hold import TREBUCHET
@@ -285,6 +285,10 @@ def test_arrays_of_a_run_have_its_events(workshop: Workshop, tmp_path: Path) -> 
         ('when = "t - 1"\nset = { "rod.mass" = -1 }', "found -1, expected a number that is more than 0"),
         ('when = "t - 1"\nset = { "gravity.g" = true }', "event[0].set.gravity.g: found true, expected values of par"),
         ('when = "t - 1"\nset = { "gravity.g" = "1/0" }', "it has no finite value"),
+        ('when = "t - 1"\nset = { "gravity.g" = "1/(t - t)" }', "it divides by what is always zero"),
+        ('when = "2/(angle(pin) - angle(pin))"', "it divides by what is always zero"),
+        ('when = "(t - t)**-1 + t"', "it divides by what is always zero"),
+        ('when = "t - 1"\nset = { "gravity.on" = 0 }', "to switch an effect write its name in on or off"),
         ('when = "t - 1"\nstop = true\ntimes = 0', "found 0, expected beside stop: how often it comes"),
         ('when = "t - 1"\ntimes = 2', "found 2 without stop, expected it beside stop = true"),
         ('when = "t - 1"\nstop = 2', "found 2, expected true, if the run ends there, or false"),
@@ -298,10 +302,49 @@ def test_wrong_events_are_told_in_sentences(workshop: Workshop, lines: str, told
     assert told in str(found.value) and len(found.value.faults) == 1
 
 
-def test_several_starts_are_refused(workshop: Workshop) -> None:
-    model = workshop.model(PENDULUM + '[[event]]\nwhen = "t - 1"\n')
-    with pytest.raises(ValueError, match="expected one; simulate them one by one"):
-        simulate(model, np.zeros((2, 1)), np.zeros((2, 1)))
+def test_what_comes_at_once_behind_a_set_comes_at_the_end_too(workshop: Workshop) -> None:
+    """A point of a cart jumps over a place where it is set: in one run, and in one that ends there and goes on."""
+    text = JUMP + '[[event]]\nname = "set"\nwhen = "t - 0.5"\nset = { "cart.points.B.x" = 2 }\n'
+    model = workshop.model(text + '[[event]]\nname = "over"\nwhen = "x(cart.B) - 0.5"\nset = { "cart.mass" = 3 }\n')
+    whole, first = simulate(model, until=1.0), simulate(model, until=0.5)
+    told = [(event.t, event.name, event.number) for event in whole.events]
+    assert told == [(0.5, "set", 1), (0.5, "over", 1)]
+    assert [(event.t, event.name, event.number) for event in first.events] == told
+    assert first.state is not None and first.state.parameters["cart.mass"] == 3.0
+    found = ensemble(model, {"cart.inertia": [1.0, 2.0]}, until=0.5, observe=["energy"])
+    assert found["energy"] == pytest.approx([1.5, 1.5])
+
+
+JUMP = """
+name = "jump"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "cart"
+mass = 2
+inertia = 1
+com = [0, 0]
+points = { A = [0, 0], B = [-2, 0] }
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["ground.O", "cart.A"]
+axis = [1, 0]
+[start]
+sliding_velocities = { rail = 1 }
+[run]
+until = 4
+"""
+
+
+def test_an_event_may_leave_no_finite_acceleration(workshop: Workshop) -> None:
+    """Beside an effect that holds values, which are looked for first: the run says so, and has come up to there."""
+    text = JUMP + '[[spring]]\nname = "coil"\nbetween = ["ground.O", "cart.A"]\nstiffness = 8\nlength = 1\n'
+    text += "[[compliant_ground]]\npoint = [-5, 0]\nnormal = [1, 0]\nload = 100\ndepth = 0.05\nrestitution = 0.5\n"
+    text += 'contacts = ["cart.A"]\n'
+    text += '[[event]]\nwhen = "t - 0.5"\nset = { "coil.stiffness" = 1e308, "cart.mass" = 1e-5 }\n'
+    run = simulate(workshop.model(text.replace("{ rail = 1 }", "{ rail = 1 }\nslides = { rail = 1.5 }")))
+    assert not run.success and run.t[-1] == 0.5 and "an acceleration is not a finite number" in run.message
 
 
 OPENED = """

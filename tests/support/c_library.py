@@ -150,6 +150,12 @@ class Simulation:
         found = self.calls.ccgen_get_constants(self.address)
         return np.ctypeslib.as_array(found, (len(self.model.kernels.constants),)).copy()
 
+    def parameters(self) -> dict[str, float]:
+        """Those that are in force, with what events have set."""
+        self.calls.ccgen_get_parameters.restype = ctypes.POINTER(ctypes.c_double)
+        found = self.calls.ccgen_get_parameters(self.address)
+        return dict(zip(self.model.settable, found[: len(self.model.settable)], strict=True))
+
     def state(self) -> bytes:
         """The whole state."""
         buffer = ctypes.create_string_buffer(self.calls.ccgen_state_size(self.address))

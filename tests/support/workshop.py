@@ -26,15 +26,17 @@ class Workshop:
         file.write_text(text, encoding="utf-8")
         return load_scene(file)
 
-    def model(self, scene: Any, precision: str = "double", *, derivatives: bool = False) -> Any:
-        """The compiled model of a scene or of a scene's text, in that precision, with derivatives if asked."""
+    def model(self, scene: Any, precision: str = "double", *, derivatives: bool = False, fold: bool = False) -> Any:
+        """The compiled model of a scene or of a scene's text, in that precision, with derivatives, folded if asked."""
         from ccgen.generator import generate
         from ccgen.runtime import load_model
 
         if isinstance(scene, str):
             scene = self.scene(scene)
-        key = scene.canonical() + precision + "derivatives" * derivatives
+        key = scene.canonical() + precision + "derivatives" * derivatives + "fold" * fold
         if key not in self.built:
             out = self.folder / f"build_{len(self.built)}"
-            self.built[key] = load_model(generate(scene, out=out, precision=precision, derivatives=derivatives))
+            self.built[key] = load_model(
+                generate(scene, out=out, precision=precision, derivatives=derivatives, fold=fold)
+            )
         return self.built[key]

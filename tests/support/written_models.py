@@ -169,6 +169,7 @@ class Written:
             told=len(self.equations.outputs),
             lines=self.equations.lines,
             indicators=len(self.equations.rated),
+            event_values=len(self.scene.values_of_events),
         )
         banner, root = Banner(name, name, "0", "0"), self.topology.root
         return render_c(banner, routines, sizes, tables, root, self.index, derivatives=derivatives), sizes

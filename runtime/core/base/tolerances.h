@@ -401,6 +401,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(TOGETHER, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
       "part of the time, or of the duration: events of a scene that are nearer to each other are of one instant", \
       "they are located to rounding, in states whose velocities are known to some thousand times that") \
+    X(LOOPS_OPEN, CCGEN_LIMIT(1e-6, 1e-4), OF_LENGTH, \
+      "loops that are open by more where an event has set parameters are not those of the mechanism", \
+      "a thousand times what gaps are closed to (BEHIND over ten); starts may miss as much") \
     X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
       "nearer than that to dependence no acceleration is known", \
       "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \

@@ -10,7 +10,7 @@ struct kind {
     uint64_t sum; /* of all bytes behind it in a state that is sealed, else 0 */
     char magic[8];
     int version, number; /* of this layout; bytes of a number */
-    int size, contacts;
+    int size, contacts, acts;
     char method[16], hash[80];
 };
 
@@ -19,10 +19,11 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 21;
+    kind.version = 22;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
+    kind.acts = f->run->acts;
     strncpy(kind.method, f->run->method->name, sizeof kind.method - 1);
     strncpy(kind.hash, f->s->model->hash, sizeof kind.hash - 1);
     return kind;
@@ -30,87 +31,88 @@ static struct kind kind_of(const struct phase *f)
 
 /* All parts of the state but what the method remembers, one after another: numbers, and arrays with their lengths. The preprocessor puts in
  * what is done with each, so that to copy a number is a move and no call: the state is copied before every stage, and short runs feel it. */
-#define ALL_PARTS(NUMBER, ARRAY)               \
-    NUMBER(f->t)                               \
-    ARRAY(f->y, f->s->size)                    \
-    ARRAY(f->dy, f->s->size)                   \
-    NUMBER(f->h)                               \
-    NUMBER(at->under_way)                      \
-    NUMBER(at->crawled)                        \
-    NUMBER(at->crawls_since)                   \
-    NUMBER(at->since)                          \
-    NUMBER(at->next)                           \
-    NUMBER(at->late)                           \
-    NUMBER(at->energy_known)                   \
-    NUMBER(at->bounded)                        \
-    NUMBER(at->longest)                        \
-    NUMBER(at->refused)                        \
-    NUMBER(at->energy)                         \
-    NUMBER(at->energy_end)                     \
-    NUMBER(at->energy_h)                       \
-    NUMBER(at->energy_in_motion)               \
-    NUMBER(at->meets)                          \
-    NUMBER(at->stretch)                        \
-    NUMBER(at->stretch_end)                    \
-    NUMBER(f->branch.rank)                     \
-    NUMBER(f->branch.placed)                   \
-    ARRAY(f->branch.place, f->s->n)            \
-    ARRAY(f->branch.heading, f->s->n)          \
-    ARRAY(f->branch.offset, f->s->model->rows) \
-    NUMBER(at->widest)                         \
-    NUMBER(at->follows)                        \
-    NUMBER(at->seen)                           \
-    NUMBER(at->slow)                           \
-    NUMBER(f->s->time)                         \
-    NUMBER(f->s->energy)                       \
-    NUMBER(run->steps)                         \
-    NUMBER(run->rejected)                      \
-    NUMBER(run->events)                        \
-    NUMBER(run->window)                        \
-    NUMBER(run->spent_before)                  \
-    NUMBER(run->rest_speed)                    \
-    NUMBER(h->count)                           \
-    NUMBER(h->rows)                            \
-    NUMBER(h->implied)                         \
-    NUMBER(h->window)                          \
-    ARRAY(h->set, c)                           \
-    ARRAY(h->of, 2 * c)                        \
-    ARRAY(h->mode, c)                          \
-    ARRAY(h->closed, c)                        \
-    ARRAY(h->twin, c)                          \
-    ARRAY(h->force, 2 * c)                     \
-    ARRAY(h->least, c)                         \
-    ARRAY(h->peak, c)                          \
-    ARRAY(f->met, c)                           \
-    ARRAY(f->tight, c)                         \
-    ARRAY(f->sides, f->s->model->switches)     \
-    ARRAY(f->latched, f->s->model->latches)    \
-    NUMBER(a->stage)                           \
-    NUMBER(a->event.contact)                   \
-    NUMBER(a->event.watch)                     \
-    NUMBER(a->event.theta)                     \
-    NUMBER(a->event.behind)                    \
-    NUMBER(a->loss.contact)                    \
-    NUMBER(a->loss.how)                        \
-    NUMBER(a->crowds)                          \
-    NUMBER(a->struck)                          \
-    NUMBER(a->idle)                            \
-    NUMBER(a->events)                          \
-    NUMBER(a->still)                           \
-    NUMBER(a->window)                          \
-    NUMBER(a->quick)                           \
-    NUMBER(a->earlier)                         \
-    NUMBER(a->crowd)                           \
-    NUMBER(a->jammed)                          \
-    NUMBER(a->span.length)                     \
-    NUMBER(a->span.begins)                     \
-    NUMBER(a->span.ends)                       \
-    NUMBER(a->span.step)                       \
-    NUMBER(a->span.scale)                      \
-    NUMBER(a->span.under_way)                  \
-    NUMBER(a->failed)                          \
-    NUMBER(a->at_fault)                        \
-    NUMBER(a->instant)                         \
+#define ALL_PARTS(NUMBER, ARRAY)                                \
+    NUMBER(f->t)                                                \
+    ARRAY(f->y, f->s->size)                                     \
+    ARRAY(f->dy, f->s->size)                                    \
+    NUMBER(f->h)                                                \
+    NUMBER(at->under_way)                                       \
+    NUMBER(at->crawled)                                         \
+    NUMBER(at->crawls_since)                                    \
+    NUMBER(at->since)                                           \
+    NUMBER(at->next)                                            \
+    NUMBER(at->late)                                            \
+    NUMBER(at->energy_known)                                    \
+    NUMBER(at->bounded)                                         \
+    NUMBER(at->longest)                                         \
+    NUMBER(at->refused)                                         \
+    NUMBER(at->energy)                                          \
+    NUMBER(at->energy_end)                                      \
+    NUMBER(at->energy_h)                                        \
+    NUMBER(at->energy_in_motion)                                \
+    NUMBER(at->meets)                                           \
+    NUMBER(at->stretch)                                         \
+    NUMBER(at->stretch_end)                                     \
+    NUMBER(f->branch.rank)                                      \
+    NUMBER(f->branch.placed)                                    \
+    ARRAY(f->branch.place, f->s->n)                             \
+    ARRAY(f->branch.heading, f->s->n)                           \
+    ARRAY(f->branch.offset, f->s->model->rows)                  \
+    NUMBER(at->widest)                                          \
+    NUMBER(at->follows)                                         \
+    NUMBER(at->seen)                                            \
+    NUMBER(at->slow)                                            \
+    NUMBER(f->s->time)                                          \
+    NUMBER(f->s->energy)                                        \
+    NUMBER(run->steps)                                          \
+    NUMBER(run->rejected)                                       \
+    NUMBER(run->events)                                         \
+    NUMBER(run->window)                                         \
+    NUMBER(run->spent_before)                                   \
+    NUMBER(run->rest_speed)                                     \
+    NUMBER(h->count)                                            \
+    NUMBER(h->rows)                                             \
+    NUMBER(h->implied)                                          \
+    NUMBER(h->window)                                           \
+    ARRAY(h->set, c)                                            \
+    ARRAY(h->of, 2 * c)                                         \
+    ARRAY(h->mode, c)                                           \
+    ARRAY(h->closed, c)                                         \
+    ARRAY(h->twin, c)                                           \
+    ARRAY(h->force, 2 * c)                                      \
+    ARRAY(h->least, c)                                          \
+    ARRAY(h->peak, c)                                           \
+    ARRAY(f->met, c)                                            \
+    ARRAY(f->tight, c)                                          \
+    ARRAY(f->sides, f->s->model->switches)                      \
+    ARRAY(f->latched, f->s->model->latches)                     \
+    ARRAY(run->values, run->acts ? f->s->model->parameters : 0) \
+    NUMBER(a->stage)                                            \
+    NUMBER(a->event.contact)                                    \
+    NUMBER(a->event.watch)                                      \
+    NUMBER(a->event.theta)                                      \
+    NUMBER(a->event.behind)                                     \
+    NUMBER(a->loss.contact)                                     \
+    NUMBER(a->loss.how)                                         \
+    NUMBER(a->crowds)                                           \
+    NUMBER(a->struck)                                           \
+    NUMBER(a->idle)                                             \
+    NUMBER(a->events)                                           \
+    NUMBER(a->still)                                            \
+    NUMBER(a->window)                                           \
+    NUMBER(a->quick)                                            \
+    NUMBER(a->earlier)                                          \
+    NUMBER(a->crowd)                                            \
+    NUMBER(a->jammed)                                           \
+    NUMBER(a->span.length)                                      \
+    NUMBER(a->span.begins)                                      \
+    NUMBER(a->span.ends)                                        \
+    NUMBER(a->span.step)                                        \
+    NUMBER(a->span.scale)                                       \
+    NUMBER(a->span.under_way)                                   \
+    NUMBER(a->failed)                                           \
+    NUMBER(a->at_fault)                                         \
+    NUMBER(a->instant)                                          \
     NUMBER(a->at_once)
 
 static size_t size_of_parts(const struct automaton *a, const struct phase *f)

@@ -2,6 +2,7 @@
 #include "interface/calls.h"
 
 #include "hybrid/state.h"
+#include "interface/acting.h"
 #include "interface/crossings.h"
 #include "interface/halting.h"
 
@@ -51,16 +52,19 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
     return end_call(it, outcome);
 }
 
-enum outcome simulate(struct ccgen_simulation *it, double until)
+enum outcome simulate(struct ccgen_simulation *it, double until, int *halts)
 {
-    struct met met;
-    return it->run.halts ? go_on_to_crossing(it, until, 0, &met) : go_on(it, until, 0, &met);
+    struct met met = {.indicator = -1};
+    const enum outcome outcome = it->run.halts ? go_on_to_crossing(it, until, 0, &met) : go_on(it, until, 0, &met);
+    *halts = met.indicator >= 0;
+    return outcome;
 }
 
 int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_event *event)
 {
     struct met met = {.indicator = -1};
-    const enum outcome outcome = it->run.halts ? go_on_to_crossing(it, until, 1, &met) : go_on(it, until, 1, &met);
+    int ends = 0;
+    enum outcome outcome = it->run.halts ? go_on_to_crossing(it, until, 1, &met) : go_on(it, until, 1, &met);
     const struct event *found = &it->automaton.event;
     *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - met.impacts, met.indicator};
     if (met.contact && !outcome) {
@@ -69,6 +73,10 @@ int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_
     }
     if (met.indicator >= 0 && !outcome)
         event->kind = CCGEN_CROSSES;
+    if (event->kind == CCGEN_CROSSES && it->run.acts)
+        outcome = act(it, &ends);
+    if (ends)
+        event->kind = CCGEN_ENDS;
     return outcome;
 }
 
@@ -79,6 +87,10 @@ int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
     if (wrong) {
         take_back(&it->automaton, &it->phase, it->before);
         return OUTCOME_OTHER_STATE;
+    }
+    if (it->run.acts) {
+        derive_parameters(it);
+        it->changed = 1;
     }
     begin_watch(it, NULL, NULL);
     return begin_record(it);

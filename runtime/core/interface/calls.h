@@ -4,7 +4,7 @@
 
 #include "interface/simulation.h"
 
-/* Go on to `until`, past all events, or, if the run halts at events of its scene, to the first of these. */
-enum outcome simulate(struct ccgen_simulation *s, double until);
+/* Go on to `until`, past all events, or, if the run halts at events of its scene, to the first of these: *halts is whether there is one. */
+enum outcome simulate(struct ccgen_simulation *s, double until, int *halts);
 
 #endif

@@ -28,7 +28,8 @@ struct seen {
 struct known {
     struct seen last;
     unsigned char *below; /* [indicators][2] whether they have been below zero, beyond rounding, times 1 and times -1 */
-    long *left;     /* [indicators] how many more of its events come until a run that halts does, -1: it does not */
+    long *left;     /* [indicators] how many more of its events come until a run that halts does, -1: it does not; */
+    long *came;     /* [indicators] how many of them have, of those that count */
     size_t count;   /* events that were found, */
     size_t counted; /* and of those, which count for where a run halts */
     size_t row;     /* the last row that was looked at */
@@ -40,12 +41,15 @@ struct watch {
     struct between between;
     struct seen next, probe;
     unsigned char *before; /* now.below at the last look */
-    size_t halted;         /* the number in `found` of the event at which a run that halts does */
-    double *y;             /* [2 n] a state */
-    char *state;           /* of the run before such a leg */
-    int probed;            /* one of which a root is looked for */
-    double sign, level;    /* in that: times its value, less the level */
-    int by_rate;           /* or times its rate */
+    size_t halted;         /* the number in `found` of the event at which a run that halts does, */
+    size_t first, done; /* and of the first that comes together with it; how many there were when the run last halted */
+    unsigned char *acts; /* [indicators] whether each sets something */
+    double *y;           /* [2 n] a state */
+    double *border;      /* [indicators] times at which they begin or end to have values */
+    char *state;         /* of the run before such a leg */
+    int probed;          /* one of which a root is looked for */
+    double sign, level;  /* in that: times its value, less the level */
+    int by_rate;         /* or times its rate */
     struct ccgen_crossing *found;
     double *states;       /* [now.count][2 n] */
     double *since;        /* [now.count] when the look before each was, */
@@ -65,6 +69,7 @@ static int take_known(struct arena *arena, int count, struct known *one)
 {
     one->below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
     one->left = TAKE_ZEROS(arena, long, count);
+    one->came = TAKE_ZEROS(arena, long, count);
     return take_seen(arena, count, &one->last);
 }
 
@@ -75,9 +80,11 @@ static void copy_known(size_t indicators, const struct known *from, struct known
     *to = *from;
     to->below = arrays.below;
     to->left = arrays.left;
+    to->came = arrays.came;
     to->last = (struct seen){from->last.t, arrays.last.value, arrays.last.rate, arrays.last.size};
     memcpy(to->below, from->below, 2 * indicators);
     memcpy(to->left, from->left, indicators * sizeof *to->left);
+    memcpy(to->came, from->came, indicators * sizeof *to->came);
     memcpy(to->last.value, from->last.value, indicators * sizeof *to->last.value);
     memcpy(to->last.rate, from->last.rate, indicators * sizeof *to->last.rate);
     memcpy(to->last.size, from->last.size, indicators * sizeof *to->last.size);
@@ -91,10 +98,22 @@ int take_watch(struct ccgen_simulation *it)
     if (!w || take_between(it, &w->between))
         return 1;
     w->before = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
+    w->acts = TAKE_ZEROS(arena, unsigned char, count);
     w->y = TAKE(arena, double, 2 * (size_t)it->system.n);
+    w->border = TAKE_ZEROS(arena, double, count);
     w->state = TAKE(arena, char, kept_size(&it->phase));
+    for (int j = 0; j < it->system.model->event_values && !arena->ran_out; j++)
+        w->acts[it->system.model->value_of[j]] = 1;
     return take_known(arena, count, &w->now) || take_known(arena, count, &w->before_leg) ||
            take_seen(arena, count, &w->next) || take_seen(arena, count, &w->probe);
+}
+
+/* After how many more of an event a run halts, -1: it does not */
+static long how_many(const struct ccgen_simulation *it, int i)
+{
+    const struct watch *w = it->watch;
+    const long more = it->system.model->stops_at[i] - w->now.came[i];
+    return !it->run.acts || w->acts[i] ? 1 : more > 0 ? more : -1;
 }
 
 void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
@@ -109,8 +128,11 @@ void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const 
         memcpy(w->now.below, armed, count);
     else
         memset(w->now.below, 0, count);
-    for (int i = 0; i < it->system.model->indicators; i++)
-        w->now.left[i] = left ? left[i] : 1;
+    for (int i = 0; i < it->system.model->indicators; i++) {
+        w->now.came[i] = 0;
+        w->now.left[i] = left ? left[i] : how_many(it, i);
+    }
+    w->first = w->done = 0;
 }
 
 void free_watch(struct ccgen_simulation *it)
@@ -182,7 +204,7 @@ static enum outcome passage(struct ccgen_simulation *it, double a, double *b, do
             rate = (value - last) / (t - last_t);
         last_t = t;
         last = value;
-        if (value < 0.0)
+        if (!(value >= 0.0)) /* also where it is no number */
             a = t;
         else
             *b = t;
@@ -231,18 +253,25 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
     return outcome;
 }
 
+/* What of the value of one is rounding; nothing where that has no bound, as where a root begins */
+static double rounding_of(const struct seen *at, int i)
+{
+    const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * at->size[i];
+    return isfinite(zero) ? zero : 0.0;
+}
+
 /* Whether one was below zero at a look, times `sign`; where it is no number, as `before` */
 static int is_below(const struct seen *at, int i, double sign, int before)
 {
     const double value = sign * at->value[i];
-    return isnan(value) ? before : value < -INDICATOR_ROUNDINGS * DBL_EPSILON * at->size[i];
+    return isnan(value) ? before : value < -rounding_of(at, i);
 }
 
 /* The event of one indicator, times `sign`, from the last look to the next, if there is one; in a piece of a step that is looked through, also one that is passed and passed back */
 static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int was, int is, int piece)
 {
     struct watch *w = it->watch;
-    const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * w->now.last.size[i], first = sign * w->now.last.value[i];
+    const double zero = rounding_of(&w->now.last, i), first = sign * w->now.last.value[i];
     const double rates[] = {sign * w->now.last.rate[i], sign * w->next.rate[i]};
     const int apart = it->system.model->rated[i] && piece && w->now.last.t < w->next.t;
     const int peak = apart && was && is && rates[0] > 0.0 && rates[1] < 0.0;
@@ -264,7 +293,7 @@ static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int w
         *(peak ? &b : &a) = turn;
         double rate;
         outcome = outcome ? outcome : probe(it, turn, peak ? &high : &low, &rate);
-        if (outcome || (peak ? high < -zero : low >= -zero))
+        if (outcome || !(peak ? high >= -zero : low < -zero)) /* nor where it is no number */
             return outcome;
     }
     w->level = fmin(high, 0.0); /* where it only comes to zero as far as rounding tells */
@@ -329,6 +358,55 @@ static enum outcome look_at_row(struct ccgen_simulation *it, size_t row, int pie
     return compare(it, piece);
 }
 
+/* Where an indicator has a value at one of the last look and t alone: a time on that side of the border, and as far from it as its rounding, which has no bound there for
+ * roots and logarithms, is still known to half its digits. */
+static enum outcome find_border(struct ccgen_simulation *it, int i, double t, double near, double *border)
+{
+    struct watch *w = it->watch;
+    const int before = isnan(w->now.last.value[i]);
+    double a = w->now.last.t, b = t;
+    enum outcome outcome = OUTCOME_DONE;
+    while (!outcome && b - a > near) {
+        const double middle = 0.5 * (a + b);
+        if (!(a < middle && middle < b))
+            break;
+        outcome = look_at(it, middle, &w->probe);
+        *(isnan(w->probe.value[i]) == before ? &a : &b) = middle;
+    }
+    *border = before ? b + near : a - near;
+    return outcome;
+}
+
+/* Looks between the last one and t at such times, in their order */
+static enum outcome look_at_borders(struct ccgen_simulation *it, double t)
+{
+    struct watch *w = it->watch;
+    const int count = it->system.model->indicators;
+    const double near =
+        fmax(CCGEN_ROOT_EPSILON * (t - w->now.last.t), 4.0 * DBL_EPSILON * fmax(fabs(t), fabs(w->now.last.t)));
+    enum outcome outcome = look_at(it, t, &w->next);
+    for (int i = 0; i < count && !outcome; i++) {
+        w->border[i] = INFINITY;
+        if (isnan(w->now.last.value[i]) != isnan(w->next.value[i]))
+            outcome = find_border(it, i, t, near, &w->border[i]);
+    }
+    while (!outcome) {
+        int first = 0;
+        for (int i = 1; i < count; i++)
+            if (w->border[i] < w->border[first])
+                first = i;
+        const double at = w->border[first];
+        if (!(at < t))
+            break;
+        w->border[first] = INFINITY;
+        if (!(w->now.last.t < at))
+            continue;
+        outcome = look_at(it, at, &w->next);
+        outcome = outcome ? outcome : compare(it, 1);
+    }
+    return outcome;
+}
+
 static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, unsigned char parts)
 {
     struct watch *w = it->watch;
@@ -340,10 +418,14 @@ static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, u
         if (!(behind || parts >> k & 1) ||
             !(w->now.last.t < t && t < t1)) /* between quiet parts, or in a step of few roundings */
             continue;
-        outcome = look_at(it, t, &w->next);
+        outcome = behind ? look_at_borders(it, t) : OUTCOME_DONE;
+        outcome = outcome ? outcome : look_at(it, t, &w->next);
         outcome = outcome ? outcome : compare(it, behind);
     }
-    return outcome ? outcome : look_at_row(it, row + 1, parts >> (EVENT_PARTS - 1) & 1);
+    const int last = parts >> (EVENT_PARTS - 1) & 1;
+    if (!outcome && last)
+        outcome = look_at_borders(it, t1);
+    return outcome ? outcome : look_at_row(it, row + 1, last);
 }
 
 const unsigned char *armed_now(const struct ccgen_simulation *it)
@@ -355,8 +437,8 @@ char *begin_halting(struct ccgen_simulation *it)
 {
     struct watch *w = it->watch;
     for (int i = 0; i < it->system.model->indicators; i++)
-        if (!w->now.left[i])
-            w->now.left[i] = 1;
+        if (!w->now.left[i] || it->run.acts)
+            w->now.left[i] = how_many(it, i);
     return w->state;
 }
 
@@ -376,6 +458,7 @@ enum outcome find_halt(struct ccgen_simulation *it, struct halt *halt)
     while (w->now.counted < w->now.count && halt->indicator < 0) {
         const size_t k = w->now.counted++;
         long *left = &w->now.left[w->found[k].indicator];
+        w->now.came[w->found[k].indicator]++;
         if (*left > 0 && --*left == 0) {
             const double t = w->found[k].t;
             w->halted = k;
@@ -421,7 +504,11 @@ void end_at_halt(struct ccgen_simulation *it, double together)
     const double halt = w->found[w->halted].t;
     while (w->found[w->now.count - 1].t > halt + together)
         w->now.count--;
-    w->now.counted = w->now.count;
+    for (; w->now.counted < w->now.count; w->now.counted++)
+        w->now.came[w->found[w->now.counted].indicator]++;
+    for (w->first = w->halted; w->first > w->done && w->found[w->first - 1].t >= halt - together; w->first--)
+        ;
+    w->done = w->now.count;
     w->now.row = record->count - 1;
     w->found[w->halted].t = record->t[w->now.row];
     memcpy(w->states + w->halted * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
@@ -437,6 +524,26 @@ void end_at_halt(struct ccgen_simulation *it, double together)
         const int i = (int)(k / 2);
         w->now.below[k] = (unsigned char)(is_below(&w->now.last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
     }
+}
+
+int times_come(struct ccgen_simulation *it, int indicator, int *ends)
+{
+    struct watch *w = it->watch;
+    const int stops_at = it->system.model->stops_at[indicator];
+    int times = 0;
+    for (size_t k = w->first; k < w->now.count; k++)
+        times += w->found[k].indicator == indicator;
+    if (times && stops_at && w->now.came[indicator] >= stops_at) {
+        *ends = 1;
+        w->now.came[indicator] = 0; /* who goes on counts from 1 */
+    }
+    return times;
+}
+
+void watch_anew(struct ccgen_simulation *it)
+{
+    it->watch->now.row = it->run.record.count - 1;
+    it->watch->now.begun = 0;
 }
 
 int ccgen_crossings(struct ccgen_simulation *it, size_t *count, const struct ccgen_crossing **crossings,
@@ -471,7 +578,7 @@ enum outcome find_crossings(struct ccgen_simulation *it)
     const size_t rows = record->count;
     enum outcome outcome = rows ? OUTCOME_DONE : OUTCOME_NOT_BEGUN;
     if (!outcome && !w->now.begun)
-        outcome = look_at_row(it, 0, 0);
+        outcome = look_at_row(it, w->now.row, 0);
     while (!outcome && w->now.row + 1 < rows) {
         const size_t row = w->now.row, next = row + 1;
         const double t = record->t[row], then = record->t[next];

@@ -32,6 +32,12 @@ double short_of_halt(struct ccgen_simulation *it);
 /* A run has ended, at that event: what was found later than `together` (s) after it has not come, and what comes next is told from where the run is. */
 void end_at_halt(struct ccgen_simulation *it, double together);
 
+/* How often an event has come at the instant at which a run that does what events say has halted; *ends is set where it ends the run by that. */
+int times_come(struct ccgen_simulation *it, int indicator, int *ends);
+
+/* Motion has begun anew where it was: what is to come is looked for from there. */
+void watch_anew(struct ccgen_simulation *it);
+
 /* Keep what is known of events where a leg of a run that halts begins, and put it back. */
 void keep_watch(struct ccgen_simulation *it);
 void restore_watch(struct ccgen_simulation *it);

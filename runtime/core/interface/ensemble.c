@@ -3,8 +3,10 @@
 #include "interface/ensemble.h"
 
 #include "base/within.h"
+#include "interface/acting.h"
 #include "interface/between.h"
 #include "interface/calls.h"
+#include "interface/crossings.h"
 #include "interface/forces.h"
 #include "model/contacts.h"
 #include "model/scales.h"
@@ -37,12 +39,22 @@ static int is_to_end(void *context, double t)
     return atomic_load_explicit(&e->ended, memory_order_relaxed);
 }
 
+/* Whether events of a scene do more than to be told */
+static int does_anything(const struct ccgen_model *m)
+{
+    int does = m->event_values > 0;
+    for (int i = 0; i < m->indicators; i++)
+        does |= m->stops_at[i] > 0;
+    return does;
+}
+
 static int begin_work(struct worker *w, struct ensemble *e)
 {
     w->e = e;
     w->settings = *e->settings;
     w->settings.tick = is_to_end;
     w->settings.tick_context = e;
+    w->settings.events = does_anything(e->model) ? CCGEN_ACT : CCGEN_IGNORE;
     if (e->parameters.of)
         w->settings.parameters = e->parameters.of;
     if (ccgen_create(e->model, &w->settings, &w->it))
@@ -101,6 +113,7 @@ static int give_parameters(struct worker *w, size_t run)
     const struct ensemble *e = w->e;
     struct system *s = &w->it->system;
     clear_active_set(&w->it->phase.active, e->model);
+    forget_what_events_set(w->it);
     if (!e->parameters.of) {
         forget_scales(s, w->it->time, &w->it->run);
         return 1;
@@ -221,7 +234,9 @@ static void write_places(struct worker *w, size_t place, const double *q, const 
     }
 }
 
-static void write_states(struct worker *w, size_t run)
+/* What is asked for at times from `since` on, up to where the run has come, or before that: events that set parameters come there, and what is told of
+ * them is as after that. */
+static void write_states(struct worker *w, size_t run, double since, int to_end)
 {
     const struct ensemble *e = w->e;
     const struct record *record = &w->it->run.record;
@@ -231,7 +246,8 @@ static void write_states(struct worker *w, size_t run)
         const double t = e->at ? e->at[k] : last;
         const size_t place = run * e->times + k;
         double *q = e->state + place * 2 * n, *u = q + n;
-        if (t < record->t[0] || t > last || state_at(w->it, &w->between, t, q, u))
+        if (!(e->at || to_end) || t < since || !(to_end ? t <= last : t < last) ||
+            state_at(w->it, &w->between, t, q, u))
             continue;
         if (e->pose)
             write_places(w, place, q, u);
@@ -254,8 +270,6 @@ static void write_answers(struct worker *w, size_t run)
     e->end[run * (2 * n + 1) + 2 * n] = it->phase.t;
     for (size_t k = 0; k < kept; k++)
         e->impact_t[run * kept + k] = k < impacts->count ? impacts->t[k] : NAN;
-    if (e->times)
-        write_states(w, run);
     if (e->reduce && e->reduce(e->context, it->run.record.t, it->run.record.y, it->run.record.count,
                                it->system.size + it->system.model->latches, e->reduction + run * e->reduced))
         write_nan(e->reduction + run * e->reduced, e->reduced);
@@ -277,7 +291,20 @@ static void make_run_of(struct worker *w, size_t run)
     e->outcome[run] = reset_holding(it, 0.0, w->q, w->u, NULL);
     if (e->outcome[run])
         return;
-    simulate(it, e->until);
+    begin_watch(it, NULL, NULL);
+    double since = it->run.record.t[0];
+    int acts = 1, ends = 0;
+    while (acts) {
+        const enum outcome outcome = simulate(it, e->until, &acts);
+        acts = acts && !outcome;
+        if (acts && e->times)
+            write_states(w, run, since, 0);
+        since = acts ? it->phase.t : since;
+        if (acts && (act(it, &ends) || ends))
+            acts = 0;
+    }
+    if (e->times)
+        write_states(w, run, since, 1);
     write_answers(w, run);
 }
 

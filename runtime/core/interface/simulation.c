@@ -44,16 +44,40 @@ void keep_closed(struct system *s, enum drift drift)
     s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
 }
 
-void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *settings)
+static void derive_constants(struct ccgen_simulation *it, const double *parameters)
 {
-    struct system *s = &it->system;
-    const struct ccgen_model *m = s->model;
-    s->length = settings->length > 0.0 ? settings->length : 1.0;
-    m->derive_constants(settings->parameters, it->k);
+    const struct ccgen_model *m = it->system.model;
+    m->derive_constants(parameters, it->k);
     if (m->contacts)
         m->restitution(it->k, it->restitution);
     if (m->friction)
         m->friction(it->k, it->friction);
+}
+
+void derive_parameters(struct ccgen_simulation *it)
+{
+    derive_constants(it, it->run.values);
+}
+
+void forget_what_events_set(struct ccgen_simulation *it)
+{
+    if (it->run.values && it->changed) {
+        memcpy(it->run.values, it->given, it->system.model->parameters * sizeof *it->given);
+        derive_parameters(it);
+    }
+    it->changed = 0;
+}
+
+void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *settings)
+{
+    struct system *s = &it->system;
+    s->length = settings->length > 0.0 ? settings->length : 1.0;
+    derive_constants(it, settings->parameters);
+    if (it->given && s->model->parameters) {
+        memcpy(it->given, settings->parameters, s->model->parameters * sizeof *it->given);
+        memcpy(it->run.values, it->given, s->model->parameters * sizeof *it->given);
+    }
+    it->changed = 0;
     set_levers(s, settings->angular, it->lever, it->extent);
     it->time = settings->time;
     s->time = it->time > 0.0 ? it->time : it->run.duration;
@@ -76,6 +100,13 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     it->friction = TAKE_ZEROS(arena, double, m->contacts);
     s->inputs = TAKE_ZEROS(arena, double, m->inputs);
     s->unit = TAKE(arena, double, 2 * (size_t)m->nu + 1);
+    if (settings->events == CCGEN_ACT) {
+        it->given = TAKE_ZEROS(arena, double, m->parameters + 1);
+        it->kept = TAKE_ZEROS(arena, double, m->parameters + 1);
+        it->run.values = TAKE_ZEROS(arena, double, m->parameters + 1);
+        it->event_values = TAKE_ZEROS(arena, double, m->event_values + 1);
+        it->held = TAKE_ZEROS(arena, double, m->latches + 1);
+    }
     if (arena->ran_out)
         return OUTCOME_NO_MEMORY;
     s->model = m;
@@ -113,7 +144,7 @@ static enum outcome make_run(struct run *run, const struct ccgen_settings *setti
     const double numbers[] = {
         settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
         settings->time, settings->duration};
-    int wrong = settings->events < CCGEN_IGNORE || settings->events > CCGEN_HALT;
+    int wrong = settings->events < CCGEN_IGNORE || settings->events > CCGEN_ACT;
     wrong |= !ccgen_drift_name(settings->drift) || !ccgen_gain_name(settings->on_gain) || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
@@ -138,7 +169,8 @@ enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_mod
     it->run.tolerance.unit = it->system.unit;
     it->run.tells = settings->events != CCGEN_IGNORE;
     it->run.watched = it->run.tells && m->indicators;
-    it->run.halts = it->run.watched && settings->events == CCGEN_HALT;
+    it->run.acts = settings->events == CCGEN_ACT;
+    it->run.halts = it->run.watched && settings->events >= CCGEN_HALT;
     const int made = !take_phase(&it->phase) && (it->before = TAKE(&it->arena, char, kept_size(&it->phase)));
     return made ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
 }
@@ -179,23 +211,19 @@ static int rate_of_start(struct phase *f, double *rate)
     return outcome == OUTCOME_INTERRUPTED;
 }
 
-/* Begin at time t from the state in the phase. */
-static enum outcome begin(struct ccgen_simulation *it, double t)
+/* Motion begins from the state in the phase. */
+static enum outcome begin_motion(struct ccgen_simulation *it)
 {
     struct phase *f = &it->phase;
     struct run *run = &it->run;
-    clear_record(run);
-    f->t = t;
     f->h = 0.0;
     f->at = (struct progress){0};
     f->branch.rank = 0;
     memset(f->branch.heading, 0, f->s->n * sizeof *f->branch.heading);
     if (f->branch.chart)
         forget_place(f->s, &f->branch);
-    run->steps = run->rejected = run->events = 0;
-    run->rest_speed = 0.0;
     run->contact = -1;
-    begin_window(run, t);
+    begin_window(run, f->t);
     clear_active_set(&f->active, it->system.model);
     memset(f->met, 0, it->system.model->contacts * sizeof *f->met);
     memset(f->tight, 0, it->system.model->contacts * sizeof *f->tight);
@@ -215,6 +243,28 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     return OUTCOME_DONE;
 }
 
+/* Begin at time t from the state in the phase. */
+static enum outcome begin(struct ccgen_simulation *it, double t)
+{
+    struct run *run = &it->run;
+    clear_record(run);
+    it->phase.t = t;
+    run->steps = run->rejected = run->events = 0;
+    run->rest_speed = 0.0;
+    return begin_motion(it);
+}
+
+enum outcome begin_anew(struct ccgen_simulation *it)
+{
+    struct phase *f = &it->phase;
+    const size_t latches = it->system.model->latches;
+    if (latches)
+        memcpy(it->held, f->latched, latches * sizeof *it->held);
+    enum outcome outcome = begin_motion(it);
+    outcome = outcome ? outcome : keep_latches(f, it->held);
+    return outcome || !record_state(f) ? outcome : OUTCOME_NO_MEMORY;
+}
+
 enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *q, const double *u,
                            const double *latched)
 {
@@ -224,15 +274,17 @@ enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *
         return OUTCOME_NOT_FINITE;
     if (turned_far(&it->system, q))
         return OUTCOME_TURNED_FAR;
+    forget_what_events_set(it);
+    it->acted = 0;
     memset(y, 0, it->system.size * sizeof *y);
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
     enum outcome outcome = begin(it, t);
-    if (!outcome && latched)
+    if (outcome)
+        return outcome;
+    if (latched)
         outcome = keep_latches(&it->phase, latched);
-    if (!outcome && record_state(&it->phase))
-        outcome = OUTCOME_NO_MEMORY;
-    return outcome;
+    return record_state(&it->phase) ? OUTCOME_NO_MEMORY : outcome;
 }
 
 struct recorded note_record(const struct run *run)
@@ -355,6 +407,11 @@ void ccgen_get_motion(const struct ccgen_simulation *it, double *t, double *q, d
 const double *ccgen_get_constants(const struct ccgen_simulation *it)
 {
     return it->system.k;
+}
+
+const double *ccgen_get_parameters(const struct ccgen_simulation *it)
+{
+    return it->run.values;
 }
 
 void ccgen_get_modes(const struct ccgen_simulation *it, signed char *modes)

@@ -17,6 +17,10 @@ struct ccgen_simulation {
     struct watch *watch; /* for events of the scene, or NULL */
     /* what follows from the parameters: [constants], and [contacts] each */
     double *k, *restitution, *friction, *lever, *extent;
+    /* of a run that does what events say: the parameters of the settings, those before an event, what events set, and room for what effects hold */
+    double *given, *kept, *event_values, *held;
+    int changed; /* whether events have set any */
+    long acted;  /* how often */
 };
 
 /* What a call has met: whether a contact had an event, how many impacts there were before that, and which event of the scene it ends at, or -1 */
@@ -46,6 +50,13 @@ enum outcome end_call(struct ccgen_simulation *s, enum outcome outcome);
 /* Give a simulation other parameters, and the length, time and acceleration scale of `settings` that go with them; what else
  * they say is left. A run that has begun is over: reset it. */
 void set_parameters(struct ccgen_simulation *s, const struct ccgen_settings *settings);
+
+/* What follows from the parameters of a run that does what events say; and those of the settings again */
+void derive_parameters(struct ccgen_simulation *it);
+void forget_what_events_set(struct ccgen_simulation *it);
+
+/* Motion begins anew from where it is, with what effects hold; the record goes on. */
+enum outcome begin_anew(struct ccgen_simulation *it);
 
 /* As ccgen_reset, where a run of another model has ended: effects hold latched[latches]. */
 enum outcome reset_holding(struct ccgen_simulation *s, double t, const double *q, const double *u,

@@ -44,9 +44,11 @@ struct run {
     int (*look)(void *context, size_t *wanted);
     void *look_context;
     size_t wanted;
-    int tells;   /* whether events of the scene are asked for, */
-    int watched; /* and there are any to look for */
-    int halts;   /* whether the run ends at such events */
+    int tells;      /* whether events of the scene are asked for, */
+    int watched;    /* and there are any to look for */
+    int halts;      /* whether the run ends at such events, */
+    int acts;       /* or does what they say */
+    double *values; /* [parameters] as events have set them; NULL of a run that does not */
     enum pause {
         GOES_ON,
         BEFORE_EVENTS, /* it pauses before a step that may hold one, */

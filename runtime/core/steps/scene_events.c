@@ -58,7 +58,7 @@ static int may_vanish(const struct phase *f, int i, const struct sample *a, cons
     const double zero = INDICATOR_ROUNDINGS * DBL_EPSILON * fmax(a->size[i], b->size[i]);
     const double nearest =
         (a->value[i] < 0.0) == (b->value[i] < 0.0) ? fmin(fabs(a->value[i]), fabs(b->value[i])) : 0.0;
-    return !(nearest > reach + wrong + zero); /* also where it is no number */
+    return isnan(a->value[i]) || isnan(b->value[i]) || !(nearest > reach + wrong + zero);
 }
 
 unsigned char where_events_may_be(struct phase *f)
