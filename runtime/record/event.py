@@ -9,6 +9,9 @@ from typing import Literal
 from ..arrays import FloatArray
 from .frozen import freeze
 
+ENDED = "ended at t = "
+"""How the message begins of a run that an event has ended."""
+
 
 @dataclass(frozen=True, eq=False)
 class Event:

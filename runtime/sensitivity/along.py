@@ -15,6 +15,7 @@ from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
 from ..precision import need_doubles
+from ..record.event import ENDED
 from ..record.impact import Impact
 from ..record.record import Record
 from .change_points import refuse_parted
@@ -27,8 +28,6 @@ from .shutting import Shutting, shutting_of
 from .steps import Steps, maps, motion_along
 from .swept import Swept, few, swept
 
-ENDED = "ended at t = "
-"""How the message begins of a run that an event has ended."""
 KEPT = 1e-6
 """Contacts stay as they are held where their rates move by less than this part of their terms in a step, which is what
 gaps that meet may miss (``MEET``); the step itself is exact to about a tolerance."""

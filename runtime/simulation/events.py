@@ -16,7 +16,7 @@ from ..loading.structures import structures_of
 from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
 from ..model.whole import Whole
-from ..record.event import Event
+from ..record.event import ENDED, Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
@@ -411,7 +411,7 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
             event = replace(event, energy=_set(course, _with(model, answered), {*values, *gates}))
         course.events.append(event)
     if ends:
-        return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
+        return f"{ENDED}{course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
     return None
 
 

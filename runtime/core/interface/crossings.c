@@ -352,10 +352,11 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
     return outcome;
 }
 
-static enum outcome look_at_row(struct ccgen_simulation *it, size_t row, int piece)
+/* A look at a row that no step is looked through to */
+static enum outcome look_at_row(struct ccgen_simulation *it, size_t row)
 {
     see_row(it, row, &it->watch->next);
-    return compare(it, piece);
+    return compare(it, 0);
 }
 
 /* Where an indicator has a value at one of the last look and t alone: a time on that side of the border, and as far from it as its rounding, which has no bound there for
@@ -377,20 +378,23 @@ static enum outcome find_border(struct ccgen_simulation *it, int i, double t, do
     return outcome;
 }
 
-/* Looks between the last one and t at such times, in their order */
-static enum outcome look_at_borders(struct ccgen_simulation *it, double t)
+/* Looks between the last one and the next, which is at t, at such times in their order; *some is whether there are any, and the next look is lost then. */
+static enum outcome look_at_borders(struct ccgen_simulation *it, double t, int *some)
 {
     struct watch *w = it->watch;
     const int count = it->system.model->indicators;
     const double near =
         fmax(CCGEN_ROOT_EPSILON * (t - w->now.last.t), 4.0 * DBL_EPSILON * fmax(fabs(t), fabs(w->now.last.t)));
-    enum outcome outcome = look_at(it, t, &w->next);
+    enum outcome outcome = OUTCOME_DONE;
+    *some = 0;
     for (int i = 0; i < count && !outcome; i++) {
         w->border[i] = INFINITY;
-        if (isnan(w->now.last.value[i]) != isnan(w->next.value[i]))
-            outcome = find_border(it, i, t, near, &w->border[i]);
+        if (isnan(w->now.last.value[i]) == isnan(w->next.value[i]))
+            continue;
+        *some = 1;
+        outcome = find_border(it, i, t, near, &w->border[i]);
     }
-    while (!outcome) {
+    while (*some && !outcome) {
         int first = 0;
         for (int i = 1; i < count; i++)
             if (w->border[i] < w->border[first])
@@ -407,25 +411,43 @@ static enum outcome look_at_borders(struct ccgen_simulation *it, double t)
     return outcome;
 }
 
+/* The next look, at t, which is that of a row if there is one */
+static enum outcome see_next(struct ccgen_simulation *it, double t, const size_t *row)
+{
+    struct seen *next = &it->watch->next;
+    if (!row)
+        return look_at(it, t, next);
+    see_row(it, *row, next);
+    return OUTCOME_DONE;
+}
+
+/* Go on to it, behind a piece of a step that is looked through or quiet ones. */
+static enum outcome look_on(struct ccgen_simulation *it, double t, const size_t *row, int piece)
+{
+    int borders = 0;
+    enum outcome outcome = see_next(it, t, row);
+    if (!outcome && piece)
+        outcome = look_at_borders(it, t, &borders);
+    if (!outcome && borders)
+        outcome = see_next(it, t, row);
+    return outcome ? outcome : compare(it, piece);
+}
+
 static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, unsigned char parts)
 {
     struct watch *w = it->watch;
-    const double t0 = it->run.record.t[row], t1 = it->run.record.t[row + 1];
-    enum outcome outcome = !w->now.begun || w->now.last.t < t0 ? look_at_row(it, row, 0) : OUTCOME_DONE;
+    const size_t end = row + 1;
+    const double t0 = it->run.record.t[row], t1 = it->run.record.t[end];
+    enum outcome outcome = !w->now.begun || w->now.last.t < t0 ? look_at_row(it, row) : OUTCOME_DONE;
     for (int k = 1; k < EVENT_PARTS && !outcome; k++) {
         const double t = t0 + (t1 - t0) * k / EVENT_PARTS;
         const int behind = parts >> (k - 1) & 1;
         if (!(behind || parts >> k & 1) ||
             !(w->now.last.t < t && t < t1)) /* between quiet parts, or in a step of few roundings */
             continue;
-        outcome = behind ? look_at_borders(it, t) : OUTCOME_DONE;
-        outcome = outcome ? outcome : look_at(it, t, &w->next);
-        outcome = outcome ? outcome : compare(it, behind);
+        outcome = look_on(it, t, NULL, behind);
     }
-    const int last = parts >> (EVENT_PARTS - 1) & 1;
-    if (!outcome && last)
-        outcome = look_at_borders(it, t1);
-    return outcome ? outcome : look_at_row(it, row + 1, last);
+    return outcome ? outcome : look_on(it, t1, &end, parts >> (EVENT_PARTS - 1) & 1);
 }
 
 const unsigned char *armed_now(const struct ccgen_simulation *it)
@@ -578,7 +600,7 @@ enum outcome find_crossings(struct ccgen_simulation *it)
     const size_t rows = record->count;
     enum outcome outcome = rows ? OUTCOME_DONE : OUTCOME_NOT_BEGUN;
     if (!outcome && !w->now.begun)
-        outcome = look_at_row(it, w->now.row, 0);
+        outcome = look_at_row(it, w->now.row);
     while (!outcome && w->now.row + 1 < rows) {
         const size_t row = w->now.row, next = row + 1;
         const double t = record->t[row], then = record->t[next];
@@ -588,9 +610,9 @@ enum outcome find_crossings(struct ccgen_simulation *it)
         if (then > t)
             outcome = record->events[next] ? look_through_step(it, row, record->events[next]) : OUTCOME_DONE;
         else if (w->now.last.t < t) /* before an impact, behind a quiet step */
-            outcome = look_at_row(it, row, 0);
+            outcome = look_at_row(it, row);
         if (!outcome && !(then > t) && last)
-            outcome = look_at_row(it, next, 0);
+            outcome = look_at_row(it, next);
         w->now.row += !outcome;
     }
     return outcome;
