@@ -11,8 +11,9 @@ import typer
 from ..mechanism.totals import total
 
 if TYPE_CHECKING:
-    from ccgen.runtime import Impact, Model, Phase, Run
+    from ccgen.runtime import Event, Impact, Model, Phase, Run
     from ccgen.runtime.arrays import FloatArray
+    from ccgen.runtime.record.joint_change import JointChange
 
     from ..scene.scene import Scene
 
@@ -77,31 +78,45 @@ def print_impacts(model: Model, run: Run) -> None:
         typer.echo(f"and {len(run.impacts) - len(rows)} more, in result.npz")
 
 
-def print_changes(run: Run) -> None:
-    """Joints that let go or took hold, when, and why."""
-    for change in run.changes[:SHOWN]:
-        does = "lets go" if change.kind == "release" else "takes hold"
-        gap = f", drawn together by {change.gap:.2g} m" if change.gap > DRAWN * run.model.length else ""
-        typer.echo(f"{change.joint} {does} at t = {change.t:.12g} s: {change.why}{gap}")
-    if len(run.changes) > SHOWN:
-        typer.echo(f"and {len(run.changes) - SHOWN} more, in result.npz")
-
-
 def print_events(run: Run) -> None:
-    """Events, when they came, what they set and switched, and by how much the energy jumped by that."""
+    """Joints that let go or took hold, and events, in the order of time: at one instant joints come first."""
+    told = [(change.t, _change(run, change)) for change in run.changes[:SHOWN]]
     least = rounding_of_energy(run) if any(event.energy for event in run.events) else 0.0
-    for event in run.events[:SHOWN]:
-        told = [f"{path} from {event.before[path]:.6g} to {value:.6g}" for path, value in event.parameters.items()]
-        told += [f"{', '.join(names)} {way}" for way, names in (("on", event.on), ("off", event.off)) if names]
-        if abs(event.energy) > least:
-            told.append(f"the energy jumps by {event.energy:.6g} J")
-        number = f" ({event.number})" if event.number > 1 else ""
-        what = ": " + ", ".join(told) if told else ""
-        typer.echo(f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{what}")
-    if len(run.events) > SHOWN:
-        typer.echo(f"and {len(run.events) - SHOWN} more, in result.npz")
+    told += [(event.t, _event(event, least)) for event in run.events[:SHOWN]]
+    for _, line in sorted(told, key=lambda one: one[0]):
+        typer.echo(line)
+    for what, count in (("changes of joints", len(run.changes)), ("events", len(run.events))):
+        if count > SHOWN:
+            typer.echo(f"and {count - SHOWN} more {what}, in result.npz")
     if run.events and run.message.startswith("ended at"):
         typer.echo(f"the run {run.message}")
+
+
+def _change(run: Run, change: JointChange) -> str:
+    """A joint that let go or took hold, when, and why."""
+    does = "lets go" if change.kind == "release" else "takes hold"
+    gap = f", drawn together by {change.gap:.2g} m" if change.gap > DRAWN * run.model.length else ""
+    return f"{change.joint} {does} at t = {change.t:.12g} s: {change.why}{gap}"
+
+
+def _event(event: Event, least: float) -> str:
+    """An event, when it came, what it set and switched, and by how much the energy jumped by that, if by more than the
+    ``least`` (J) that is told from rounding."""
+    told = [_set(path, event.before[path], value) for path, value in event.parameters.items()]
+    told += [f"{', '.join(names)} {way}" for way, names in (("on", event.on), ("off", event.off)) if names]
+    if abs(event.energy) > least:
+        told.append(f"the energy jumps by {event.energy:.6g} J")
+    number = f" ({event.number})" if event.number > 1 else ""
+    what = ": " + ", ".join(told) if told else ""
+    return f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{what}"
+
+
+def _set(path: str, before: float, value: float) -> str:
+    """A parameter that was set, also to what it was: who reads it has asked for that. Digits are enough to tell."""
+    if before == value:
+        return f"{path} stays {value:.6g}"
+    first, last = f"{before:.6g}", f"{value:.6g}"
+    return f"{path} from {first} to {last}" if first != last else f"{path} from {before!r} to {value!r}"
 
 
 def print_missing(scene: Scene, run: Run) -> None:

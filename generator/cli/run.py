@@ -26,7 +26,6 @@ from .refusal import STOPPED_EARLY, Faults, fail, read_option, refusing, refusin
 from .remarks import print_remarks
 from .report import (
     print_audit,
-    print_changes,
     print_contacts,
     print_events,
     print_impacts,
@@ -160,7 +159,6 @@ def run(
 def print_results(scene: Scene, forces: Told | None, result: Run) -> None:
     """What has come, in what order, with what ``forces`` if these are told, and how exact that is."""
     print_impacts(result.model, result)
-    print_changes(result)
     print_events(result)
     print_missing(scene, result)
     print_contacts(result.model, result)

@@ -434,3 +434,26 @@ def test_what_never_comes_is_told(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     told = [line for line in done.stdout.splitlines() if line.endswith("never came")]
     assert told == ["release of grip: never came", "event round: never came"]
+
+
+def test_joints_that_change_and_events_are_told_in_the_order_of_time(tmp_path: Path) -> None:
+    more = '[[release]]\njoint = "grip"\nat = 0.05\n'
+    for name, when in (("late", 0.08), ("early", 0.02), ("meanwhile", 0.05)):
+        more += f'[[event]]\nname = "{name}"\nwhen = "t - {when}"\n'
+    (tmp_path / "geared.toml").write_text(f"{GEARED}{more}[run]\nuntil = 0.1\n")
+    done = ccgen("run", "geared.toml", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = [line.split(" at t =")[0] for line in done.stdout.splitlines() if " at t =" in line]
+    wanted = ["event early, rising,", "grip lets go", "event meanwhile, rising,", "event late, rising,"]
+    assert [line for line in told if line in wanted] == wanted
+
+
+def test_a_parameter_that_is_set_to_what_it_was_stays(tmp_path: Path) -> None:
+    """Which is told, for it has been asked for; a change in the last digits is told by all of them."""
+    values = '"bob.mass" = 0.1, "arm.mass" = 0.6, "wheel.inertia" = 0.10000000000000002'
+    text = f'{GEARED}[[event]]\nname = "now"\nwhen = "t - 0.05"\nset = {{ {values} }}\n[run]\nuntil = 0.1\n'
+    (tmp_path / "geared.toml").write_text(text)
+    done = ccgen("run", "geared.toml", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "event now, rising, at t = 0.05 s: bob.mass stays 0.1, arm.mass from 1 to 0.6, " in done.stdout
+    assert "wheel.inertia from 0.1 to 0.10000000000000002" in done.stdout
