@@ -135,7 +135,8 @@ def simulate(
 
     ``on_event`` are functions by names of the scene's ``[[event]]`` tables, called as ``function(event)`` where one
     comes, with its ``t``, ``name``, ``direction``, ``number``, ``q`` and ``u``. They answer ``None``, values of
-    parameters by scene path, which hold from then on, or ``"stop"``. ``run.events`` has all that came.
+    parameters by scene path, which hold from then on, or ``"stop"``. Values that cannot be set end the run, with a
+    ``message``; what a function raises is raised here. ``run.events`` has all that came.
 
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
-from ..faults import Faults
+from ..faults import Faults, UnknownName
 from ..loading.structures import structures_of
 from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
@@ -376,7 +376,7 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
         try:
             values = {path: _number(course, value, run, event) for path, value in said["set"].items()}
         except ValueError as error:
-            return _unsettable(course, event, error)
+            return _unsettable(course, event, error, event.name)
         answer = course.on_event[event.name](event) if event.name in course.on_event else None
         answered = answer if isinstance(answer, Mapping) else {}
         if answer == STOP or (said["stop"] and event.number >= said["stop"]):
@@ -394,12 +394,15 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
         gates = {path: float(name not in then) for name, path in course.model.gates.items() if name in off ^ then}
         own = {path: value for path, value in values.items() if path not in answered}
         told = {path: value for path, value in answered.items() if path not in course.model.gates.values()}
+        by = event.name
         try:
             model = _with(course.model, own | gates)
-        except ValueError as error:
-            return _unsettable(course, event, error)
+            by = f"the answer to {event.name}"
+            model = _with(model, answered)
+        except (ValueError, UnknownName) as error:
+            return _unsettable(course, event, error, by)
         values |= told
-        if values or gates or answered:  # what is left to raise is what the caller's own function has answered
+        if values or gates or answered:
             parameters = course.model.parameters
             event = replace(
                 event,
@@ -408,18 +411,18 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
                 on=tuple(sorted(off - then)),
                 off=tuple(sorted(then - off)),
             )
-            event = replace(event, energy=_set(course, _with(model, answered), {*values, *gates}))
+            event = replace(event, energy=_set(course, model, {*values, *gates}))
         course.events.append(event)
     if ends:
         return f"{ENDED}{course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
     return None
 
 
-def _unsettable(course: Course, event: Event, error: ValueError) -> str:
-    """What ends a run in which an event sets what cannot be."""
+def _unsettable(course: Course, event: Event, error: Exception, by: str) -> str:
+    """What ends a run in which an event sets what cannot be, or a function answers so."""
     course.failed = True
     course.events.append(event)
-    return f"stopped at t = {course.t:.12g} s by {event.name}: {error}"
+    return f"stopped at t = {course.t:.12g} s by {by}: {'; '.join(str(error).splitlines())}"
 
 
 def _number(course: Course, value: float | str, run: Run, event: Event) -> float:
