@@ -114,7 +114,8 @@ class Run(Record):
 
         As exact as the run at any t. At an impact time they are those after it; of the two rows of an impact the first
         is as before it. All is of the mechanism as it is then, :meth:`model_at`. Forces and accelerations are not
-        numbers where the run knows none, as :meth:`point` says, nor are gaps of contacts that events have switched off.
+        numbers where the run knows none, as :meth:`point` says, nor are gaps, lengths and depths of what events have
+        switched off; its forces are zero.
 
         Raises ``ValueError`` for names that are none, with those that are near, and for times outside of the run.
         """

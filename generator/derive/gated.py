@@ -16,7 +16,8 @@ from .terms_of_effects import Let, Terms, Told
 from .vectors import Vector, Wrench, add, scale, symbol
 
 APART = 2**20
-"""The gap (m, rad) of a contact that is off. It stays so: nothing comes near it."""
+"""The gap (m, rad) of a contact that is off, and the length (m) that is told of an effect. It stays so: nothing comes
+near it."""
 
 
 def gated(effects: Sequence[Terms], gates: Sequence[Parameter | None]) -> tuple[Terms, ...]:
@@ -49,7 +50,7 @@ class Seen:
 @dataclass(frozen=True)
 class Gated:
     """An effect behind its gate. While that is 0 there are no loads and nothing that loads tell, kinks are on the side
-    where they are not positive, and contacts are ``APART``."""
+    where they are not positive, and contacts are ``APART``, as lengths are that it tells."""
 
     effect: Terms
     gate: Parameter
@@ -110,7 +111,8 @@ class Gated:
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         return [
-            (name, unit, self.on * value, *link) for name, unit, value, *link in self.effect.outputs(self._seen(motion))
+            (name, unit, self.on * value + (_apart(motion, self.gate) if unit == "m" else 0), *link)
+            for name, unit, value, *link in self.effect.outputs(self._seen(motion))
         ]
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:

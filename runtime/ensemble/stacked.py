@@ -13,6 +13,7 @@ from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.model import Model
 from ..model.points import GROUND, link_of, turned
+from ..record.in_force import APART
 from ..record.outputs import Output, States
 
 SAME = frozenset(
@@ -34,10 +35,6 @@ SAME = frozenset(
     )
 )
 """What is the same of a model whatever its parameters are."""
-
-
-APART = 2.0**20
-"""The gap of a contact whose effect is off (``APART`` of generator/derive/gated.py)."""
 
 
 class WantsRun(Exception):

@@ -12,6 +12,8 @@ from ..arrays import FloatArray
 from .drawable import Drawable
 
 Numbers = NDArray[np.intp]
+APART = 2.0**20
+"""The gap of a contact whose effect is off, and a length that it would tell (``APART`` of generator/derive/gated.py)."""
 
 
 @dataclass(frozen=True, eq=False)

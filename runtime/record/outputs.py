@@ -22,7 +22,7 @@ from ..model.joint_sides import between, ends_of
 from ..model.mass_centres import NAME, mass_centre
 from ..model.meshes import mesh_forces, mesh_names
 from ..model.numbers import read_names, read_row_of_times
-from .in_force import InForce, Numbers, of_contacts
+from .in_force import APART, InForce, Numbers, of_contacts
 from .motion_at_rows import motion_at_rows
 from .record import Record
 
@@ -437,7 +437,9 @@ def _at_impacts(sample: Sample, values: Sequence[float]) -> FloatArray:
 
 
 def _told(sample: States, number: int) -> FloatArray:
-    return sample.motion.told[:, number]
+    """What an effect tells, zeros without a sign; not numbers of a length of what is off."""
+    found = sample.motion.told[:, number]
+    return np.where(found == APART, np.nan, found + 0.0)
 
 
 def _mesh(sample: States, number: int) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..model.model import Model
 from ..model.part import Part
+from ..record.in_force import APART
 from ..record.motion_at_rows import motion_at_rows
 from ..record.record import Record
 
@@ -44,8 +45,9 @@ def meetings(run: Record, model: Model) -> Iterator[tuple[str, float, str]]:
 
 
 def _met(model: Model, lengths: FloatArray) -> IntArray:
-    """The rows, of ``lengths`` (rows,), at which ends meet."""
-    return np.flatnonzero(lengths <= MET * max(lengths.max(), model.length))
+    """The rows, of ``lengths`` (rows,), at which ends meet; none of what is off."""
+    longest = np.max(lengths, where=lengths < APART, initial=model.length)
+    return np.flatnonzero(lengths <= MET * longest)
 
 
 def _reach(model: Model, part: Part, q: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ccgen.runtime import simulate
+from ccgen.runtime import ensemble, simulate
 
 from ..support.workshop import Workshop
 
@@ -159,6 +159,52 @@ def test_effects_that_are_off_tell_nothing(workshop: Workshop) -> None:
     run = simulate(workshop.model(f"{ARM}{spring}{event}"))
     force = run["band.force"]
     assert force[run.t < 0.7].all() and not force[run.t > 0.7].any()
+
+
+LINE = 'between = ["ground.W", "rod.B"]\n'
+SWITCHED = (
+    f'[[spring]]\nname = "band"\n{LINE}stiffness = 30\nlength = 1.2\n[[damper]]\nname = "pot"\n{LINE}damping = 3\n'
+    '[[compliant_ground]]\nname = "mat"\ncontacts = ["rod.B"]\npoint = [0, -0.45]\nload = 10\ndepth = 0.1\n'
+    '[[event]]\nname = "cut"\nwhen = "t - 0.7"\noff = ["band", "pot", "mat"]\n'
+    '[[event]]\nname = "again"\nwhen = "t - 1.2"\non = ["band", "pot", "mat"]\n'
+)
+
+
+def test_of_what_is_off_forces_are_zero_and_lengths_no_numbers(workshop: Workshop) -> None:
+    """As gaps of contacts are; and reactions, accelerations and energies are those of the rod alone."""
+    model = workshop.model(f"{ARM}{SWITCHED}")
+    run, names = simulate(model, rtol=1e-10), ("band.force", "pot.force", "pot.power", "mat.rod.B.normal")
+    times, off = np.linspace(0.0, 1.5, 31), slice(14, 24)
+    assert times[off][0] == pytest.approx(0.7) and times[off][-1] == pytest.approx(1.15)
+    found = run.values(*names, "band.length", "mat.rod.B.depth", "rod.B.x", "rod.B.y", t=times + 1e-6 * (times < 1))
+    for name in names:
+        assert found[name][off].tolist() == [0.0] * 10 and not np.signbit(found[name][off]).any()
+        assert np.delete(found[name], range(14, 24)).any()
+    length = np.hypot(found["rod.B.x"] + 1, found["rod.B.y"] - 1)
+    for name in ("band.length", "mat.rod.B.depth"):
+        assert np.isnan(found[name][off]).all() and np.isfinite(np.delete(found[name], range(14, 24))).all()
+    assert np.delete(found["band.length"] - length, range(14, 24)) == pytest.approx(np.zeros(21), abs=1e-12)
+    assert np.isnan(run["band.length"][run.t > 0.7][run.t[run.t > 0.7] < 1.2]).all()
+    at = run.values("rod.angle", "rod.angular_velocity", "pin.fx", "pin.moment", "potential_energy", t=1.0)
+    angle, rate = at["rod.angle"], at["rod.angular_velocity"]
+    spin = -G * 0.5 * np.cos(angle) / (0.1 + 0.25)
+    assert run.accelerations(1.0)[0] == pytest.approx(spin, abs=1e-9)
+    assert at["pin.fx"] == pytest.approx(0.5 * (-(rate**2) * np.cos(angle) - spin * np.sin(angle)), abs=1e-9)
+    assert at["potential_energy"] == pytest.approx(G * 0.5 * np.sin(angle), abs=1e-12)
+    many = ensemble(model, {"rod.mass": [1.0, 1.5]}, observe=["band.length", "band.force"], at=[0.3, 1.0])
+    assert many["band.length"][0, 0] == pytest.approx(run.values("band.length", t=0.3)["band.length"], abs=1e-7)
+    assert np.isnan(many["band.length"][:, 1]).all() and many["band.force"][:, 1].tolist() == [0.0, 0.0]
+
+
+def test_a_spring_that_is_off_does_not_meet_its_end(workshop: Workshop) -> None:
+    """Its length was told as zero, by which derivatives were refused."""
+    spring = f'[[spring]]\nname = "band"\n{LINE}stiffness = 30\nlength = 1.2\n'
+    event = '[[event]]\nwhen = "t - 9"\non = ["band"]\n'
+    text = ARM.replace("[gravity]", 'off = ["band"]\n[gravity]') + spring + event
+    run = simulate(workshop.model(text, derivatives=True), rtol=1e-10, until=0.4)
+    plain = simulate(workshop.model(ARM, derivatives=True), rtol=1e-10, until=0.4)
+    found, wanted = (one.jacobian(["rod.mass"], ["rod.angle"]) for one in (run, plain))
+    assert found == pytest.approx(wanted, rel=1e-6)
 
 
 def test_scenes_without_such_effects_tell_nothing(workshop: Workshop) -> None:
