@@ -98,20 +98,22 @@ def sample(run: Record, times: FloatArray) -> Frames:
     return Frames(times, states.q, states.u, poses, joints, kinetic, potential, states)
 
 
-def pivots(model: Drawable, joints: FloatArray, size: float) -> FloatArray:
-    """The points (k, 2) of the ground, in m, that hold something: one of the ``joints`` (joints, 2), or the end of what
-    acts between points. ``size`` is the mechanism's (m)."""
+def pivots(model: Drawable, frames: Frames, size: float) -> FloatArray:
+    """The points (k, 2) of the ground, in m, that hold something while a model is in force: a joint, or the end of what
+    acts between points, also of what is off then and on in others of the ``frames``. ``size`` is the mechanism's (m).
+    """
     fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
     ends = [
         point
+        for one, _ in frames.looks()
         for links, points in (
-            *((part.links, part.points) for part in model.parts if part.kind in ("spring", "damper")),
-            *((rope.links, rope.points) for rope in model.ropes),
+            *((part.links, part.points) for part in one.parts if part.kind in ("spring", "damper")),
+            *((rope.links, rope.points) for rope in one.ropes),
         )
         for link, point in zip(links, points, strict=True)
         if link < 0
     ]
-    held = np.concatenate([joints, np.reshape(ends, (-1, 2))])
+    held = np.concatenate([frames.joints_of(model), np.reshape(ends, (-1, 2))])
     distance = np.hypot(*np.moveaxis(fixed[:, None] - held, -1, 0))
     return np.asarray(fixed[np.any(distance <= 1e-6 * size, axis=1)])
 

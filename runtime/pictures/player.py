@@ -150,7 +150,7 @@ def _look(
             {"name": one.name, "link": one.link, "at": _numbers(one.place, length), "mass": _digits(one.mass)}
             for one in mass_centres(run, model)
         ],
-        "groundPoints": _numbers(pivots(model, frames.joints_of(model), view.size), length),
+        "groundPoints": _numbers(pivots(model, frames, view.size), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()

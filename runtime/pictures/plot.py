@@ -338,7 +338,7 @@ class Drawing:
         size = size_of_looks(motion, view.size)
         self._scale = float(np.clip(room * size / 60.0, 0.35, 1.0))  # lines of a small picture are thin
         self._colours = [COLOURS[number] for number in link_colours(motion.model(0), motion, view.size)]
-        held = pivots(model, motion.joints_of(model), view.size)
+        held = pivots(model, motion, view.size)
         axes.plot(*held.T, marker=6, linestyle="", color=SOFT, markersize=13 * self._scale, zorder=1)  # triangles
         self._outlines = [straightened(np.asarray(outline)) for outline in model.outlines]
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(self._outlines)]

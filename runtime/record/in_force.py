@@ -13,7 +13,8 @@ from .drawable import Drawable
 
 Numbers = NDArray[np.intp]
 APART = 2.0**20
-"""The gap of a contact whose effect is off, and a length that it would tell (``APART`` of generator/derive/gated.py)."""
+"""The gap of a contact whose effect is off, and what such an effect tells for a length (``APART`` of
+generator/derive/gated.py)."""
 
 
 @dataclass(frozen=True, eq=False)
