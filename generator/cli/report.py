@@ -102,21 +102,12 @@ def _change(run: Run, change: JointChange) -> str:
 def _event(event: Event, least: float) -> str:
     """An event, when it came, what it set and switched, and by how much the energy jumped by that, if by more than the
     ``least`` (J) that is told from rounding."""
-    told = [_set(path, event.before[path], value) for path, value in event.parameters.items()]
-    told += [f"{', '.join(names)} {way}" for way, names in (("on", event.on), ("off", event.off)) if names]
+    told = [*event.done]
     if abs(event.energy) > least:
         told.append(f"the energy jumps by {event.energy:.6g} J")
     number = f" ({event.number})" if event.number > 1 else ""
     what = ": " + ", ".join(told) if told else ""
     return f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{what}"
-
-
-def _set(path: str, before: float, value: float) -> str:
-    """A parameter that was set, also to what it was: who reads it has asked for that. Digits are enough to tell."""
-    if before == value:
-        return f"{path} stays {value:.6g}"
-    first, last = f"{before:.6g}", f"{value:.6g}"
-    return f"{path} from {first} to {last}" if first != last else f"{path} from {before!r} to {value!r}"
 
 
 def print_missing(scene: Scene, run: Run) -> None:

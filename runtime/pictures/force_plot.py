@@ -13,7 +13,7 @@ from ..extras import needed
 from ..files import read_path, write_whole
 from ..record.force_history import History, history
 from ..record.record import Record
-from .marks import mark_impacts, name_marks
+from .marks import mark_instants, name_marks
 from .plot import named_curves
 from .title import title_of
 
@@ -49,7 +49,7 @@ def draw_forces(
     rows = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (label, curves) in zip(rows, shown, strict=True):
         named_curves(axes, *_with_gaps(run, found.t, curves))
-        mark_impacts(axes, run)
+        mark_instants(axes, run)
         if found.beside.any() and label == JOINTS:
             away = zip(curves.values(), found.far_of_joints().T, strict=True)
             largest = max(float(np.max(curve, where=far, initial=0.0)) for curve, far in away)

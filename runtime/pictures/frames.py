@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..record.drawable import Drawable
+from ..record.event import Event
 from ..record.impact import Impact
 from ..record.outputs import Sample
 from ..record.record import Record
 
 MOST_IMPACTS = 1000  # more than that no picture shows apart
+MOST_EVENTS = 200  # of one name
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,18 @@ def shown_impacts(run: Record, most: int = MOST_IMPACTS) -> list[tuple[int, Impa
         if place not in largest or impact.energy_loss > largest[place][1].energy_loss:
             largest[place] = (number, impact)
     return sorted(largest.values(), key=lambda shown: shown[0])
+
+
+def shown_events(run: Record, most: int = MOST_EVENTS) -> list[Event]:
+    """Events worth a mark in a picture: all of them, or where there are more than ``most``, of each name the first in
+    each such part of the run."""
+    if len(run.events) <= most:
+        return list(run.events)
+    part = max(float(run.t[-1] - run.t[0]) / most, np.finfo(float).tiny)
+    found: dict[tuple[str, int], Event] = {}
+    for event in run.events:
+        found.setdefault((event.name, int((float(event.t) - float(run.t[0])) / part)), event)
+    return list(found.values())
 
 
 def shown_changes(run: Record, most: int = MOST_IMPACTS) -> list[float]:

@@ -19,17 +19,21 @@ FEW = 2  # times as many impacts as there is room for are too many to show some 
 
 
 def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
-    """Up to `count` instants worth a picture, with their titles, in order: start, end, joints that change, and impacts.
+    """Up to `count` instants worth a picture, with their titles, in order: start, end, joints that change, events, and
+    impacts.
 
-    Of impacts those with the largest impulses, not near each other; where there are many, none. Gaps are filled with
-    even instants, moved where the motion has come back to what another one shows.
+    Of events the first of each name, where they are few. Of impacts those with the largest impulses, not near each
+    other; where there are many, none. Gaps are filled with even instants, moved where the motion has come back to what
+    another one shows.
     """
     start, end = float(run.t[0]), float(run.t[-1])
     struck = "start, impact 1" if run.impacts and run.impacts[0].t == start else "start"
     named = {start: struck, end: "end"} if end > start else {start: struck}
     for change in run.changes[: count - 2]:
         named.setdefault(float(change.t), f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
-    found = _impacts(run, sorted(named), APART * (end - start) / max(count - 1, 1))
+    apart = APART * (end - start) / max(count - 1, 1)
+    named |= _events(run, [*named], apart, count - len(named))
+    found = _impacts(run, sorted(named), apart)
     room = count - len(named)
     if len(found) <= FEW * room:
         named |= dict(found[:room])
@@ -37,6 +41,19 @@ def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
     if len(times) > 1 and len(times) < count:
         times = _filled(run, times, count)
     return [(float(t), named.get(float(t), "")) for t in times]
+
+
+def _events(run: Record, taken: list[float], apart: float, room: int) -> dict[float, str]:
+    """The first event of each name and its title, without those near what is ``taken``; none where there is no
+    ``room`` for all names."""
+    first = {event.name: float(event.t) for event in reversed(run.events)}
+    named: dict[float, str] = {}
+    for name, t in sorted(first.items(), key=lambda one: one[1]) if len(first) <= room else ():
+        if t in named:
+            named[t] += f", {name}"
+        elif all(abs(t - other) > apart for other in [*taken, *named]):
+            named[t] = name
+    return named
 
 
 def _impacts(run: Record, taken: list[float], apart: float) -> list[tuple[float, str]]:

@@ -14,7 +14,7 @@ from ..files import read_path, write_whole
 from ..record.outputs import outputs_of, points_among, units_of, values_of, with_places
 from ..record.record import Record
 from .link_colours import COLOURS
-from .marks import mark_impacts, name_marks
+from .marks import mark_instants, name_marks
 from .plot import CURVES, named_curves
 from .title import title_of
 
@@ -79,7 +79,7 @@ def _over_time(
     labels = {name: f"{name} on {one.link}" if one.link else name for name, one in outputs_of(run.model).items()}
     for axes, (unit, shown) in zip(rows, panels.items(), strict=True):
         named_curves(axes, t, {labels[name]: values[name] for name in shown})
-        mark_impacts(axes, run)
+        mark_instants(axes, run)
         asked = {name.rpartition(".")[2] for name in shown}
         what = asked.pop().replace("_", " ") if len(asked) == 1 else QUANTITIES[str(unit)]
         axes.set_ylabel(f"{what} [{unit}]".replace("^2", "²"))

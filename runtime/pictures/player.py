@@ -17,12 +17,23 @@ import numpy as np
 from ..arrays import FloatArray
 from ..files import write_whole
 from ..record.drawable import Drawable
+from ..record.event import Event
 from ..record.impact import Impact
 from ..record.outputs import Sample, units_of
 from ..record.record import Record
 from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
 from .contact_place import StruckPlaces
-from .frames import MOST_IMPACTS, Frames, frame_times, pivots, sample, shown_changes, shown_impacts
+from .frames import (
+    MOST_EVENTS,
+    MOST_IMPACTS,
+    Frames,
+    frame_times,
+    pivots,
+    sample,
+    shown_changes,
+    shown_events,
+    shown_impacts,
+)
 from .link_colours import link_colours
 from .named_points import mass_centres, named_points
 from .strokes import Stroke, size_of_looks, straightened, strokes
@@ -106,6 +117,7 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "jointNames": list(model.drawn_joints),
         "impacts": [{"number": k, **_impact(run, k, impact, places, length)} for k, impact in shown],
         "impactCount": len(run.impacts),
+        "events": [_event(event) for event in shown_events(run, min(most_impacts, MOST_EVENTS))],
         "view": _view(view, length),
         "chart": _chart(run, charted, plotted, frames, jumps),
         "plotted": plotted,
@@ -216,6 +228,14 @@ def _impact(run: Record, number: int, impact: Impact, places: StruckPlaces, leng
         for (point, ground), impulse in zip(impact.contacts, impact.impulses, strict=True)
     ]
     return {"t": _numbers(np.array(impact.t), 9), "contacts": contacts, "loss": _digits(impact.energy_loss)}
+
+
+def _event(event: Event) -> dict[str, Any]:
+    """When it came, and what is said of it."""
+    number = f" ({event.number})" if event.number > 1 else ""
+    what = ": " + ", ".join(event.done) if event.done else ""
+    said = f"event {event.name}{number}, {event.direction}, at t = {event.t:.6f} s{what}"
+    return {"t": _numbers(np.array(event.t), 9), "name": event.name, "said": said}
 
 
 def _chart(

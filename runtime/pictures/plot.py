@@ -23,7 +23,7 @@ from .contact_place import StruckPlaces
 from .frames import Frames, frame_times, pivots, placed, sample
 from .instants import instants
 from .link_colours import COLOURS, link_colours
-from .marks import EARTH, FLASH, SOFT, mark_impacts, name_marks
+from .marks import EARTH, FLASH, SOFT, mark_instants, name_marks
 from .strokes import Stroke, size_of_links, size_of_looks, straightened, strokes
 from .title import title_of
 from .view import View, view_of
@@ -81,7 +81,7 @@ def draw(
     rows = below.subplots(len(curves), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for axes, curve in zip(rows, curves, strict=True):
         curve(axes, run, frames)
-        mark_impacts(axes, run)
+        mark_instants(axes, run)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")

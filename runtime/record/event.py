@@ -36,3 +36,18 @@ class Event:
 
     def __post_init__(self) -> None:
         freeze(self, "q", "u")
+
+    @property
+    def done(self) -> tuple[str, ...]:
+        """What it set and switched, in words: ``rod.mass from 1 to 2``, ``coil off``."""
+        told = [_set(path, self.before.get(path), value) for path, value in self.parameters.items()]
+        told += [f"{', '.join(names)} {way}" for way, names in (("on", self.on), ("off", self.off)) if names]
+        return tuple(told)
+
+
+def _set(path: str, before: float | None, value: float) -> str:
+    """A parameter that was set, also to what it was: who reads it has asked for that. Digits are enough to tell."""
+    if before is None or before == value:
+        return f"{path} {'is' if before is None else 'stays'} {value:.6g}"
+    first, last = f"{before:.6g}", f"{value:.6g}"
+    return f"{path} from {first} to {last}" if first != last else f"{path} from {before!r} to {value!r}"

@@ -145,6 +145,46 @@ def test_keys_of_impacts_and_speed(browser: Any, falling: Path) -> None:
         assert page.of("speed") == 2
 
 
+PENDULUM = """
+name = "pendulum"
+[chain]
+links = 1
+hinged = true
+[gravity]
+[[event]]
+name = "early"
+when = "t - 0.25"
+set = { "gravity.g" = 5 }
+[[event]]
+name = "later"
+when = "t - 0.75"
+[run]
+until = 1
+"""
+
+
+def test_events_have_marks_with_names_and_are_gone_to(browser: Any, workshop: Workshop, tmp_path: Path) -> None:
+    run = simulate(workshop.model(PENDULUM))
+    with Page(browser, run.animate(tmp_path / "events.html")) as page:
+        assert page.text("event") == "" and page.page.locator("#marks").is_visible()
+        page.press("]")
+        assert page.time == 0.25
+        assert page.text("event") == "event early, rising, at t = 0.250000 s: gravity.g from 9.81 to 5"
+        page.press("]")
+        assert page.time == 0.75 and page.text("event") == "event later, rising, at t = 0.750000 s"
+        page.press("]", "[")
+        assert page.time == 0.25
+        box = page.page.locator("#marks").bounding_box()
+        page.page.mouse.click(box["x"] + 0.75 * box["width"] + 5, box["y"] + 5)
+        assert page.time == 0.75
+        page.page.mouse.move(box["x"] + 0.25 * box["width"] - 5, box["y"] + 5)
+        assert page.of("marks.title").startswith("event early, rising, ")
+        row = "[...markPen.getImageData(0, 4, marks.width, 1).data].filter((_, k) => k % 4 === 3)"
+        inked = [k / len(found) for found in [page.of(row)] for k, ink in enumerate(found) if ink > 100]
+        for t in (0.25, 0.75):  # a wedge, and a name beside it
+            assert any(abs(k - t) < 0.002 for k in inked) and any(t + 0.005 < k < t + 0.03 for k in inked)
+
+
 def test_zoom_keeps_the_place_under_the_pointer(browser: Any, falling: Path) -> None:
     with Page(browser, falling) as page:
         x, y = page.middle[0] + 150, page.middle[1] - 90
