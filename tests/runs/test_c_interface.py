@@ -326,6 +326,42 @@ def test_an_interrupted_motion_halts_where_one_that_is_not_does(library: Library
         assert [one[1] for one in halts(int(at))[0]] == [one[1] for one in expected]
 
 
+@pytest.mark.parametrize("settings", [{}, {"method": b"moreau", "fixed_step": 0.005}], ids=["gauss", "moreau"])
+@pytest.mark.parametrize("events", [2, 3])
+def test_a_motion_that_is_interrupted_all_the_time_gets_on(
+    settings: dict[str, Any], events: int, library: Library, workshop: Workshop
+) -> None:
+    """By every second or third tick, also on the way back to events; time stepping asks at each step."""
+    text = SCENE.read_text() + '[[event]]\nname = "low"\nwhen = "y(joint_3) - 1"\n'
+    text += '[[event]]\nname = "turns"\nwhen = "rate(y(joint_3))"\nset = { "link_0.mass" = 1 }\n'
+    model = workshop.model(text)
+    ask = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+
+    def halts(every: int) -> list[tuple[float, int]]:
+        asked, calls = 0, 0
+
+        def tick(_: object, __: float) -> int:
+            nonlocal asked
+            asked += 1
+            return asked % every == 0
+
+        call = ask(tick)
+        outcome, made = library.create(model, events=events, tick=ctypes.cast(call, ctypes.c_void_p), **settings)
+        assert outcome == "done" and made.reset(*model.start()) == "done"
+        found: list[tuple[float, int]] = []
+        while made.motion()[0] < 1.2 and (calls := calls + 1) < 1000:
+            outcome, event = made.step_to_event(1.2)
+            if outcome == "done" and event.kind == 4:
+                found.append((event.t, event.indicator))
+        assert made.motion()[0] == 1.2
+        return found
+
+    expected = halts(10**9)
+    assert len(expected) > 1
+    for every in (2, 3):
+        assert halts(every) == [(pytest.approx(t, abs=1e-9), number) for t, number in expected]
+
+
 def test_events_do_what_the_scene_says(library: Library, workshop: Workshop) -> None:
     """A spring of 8 N/m on 2 kg that is cut at 0.5 s and comes again at 1.5 s with four times its stiffness; the same
     from a state, by the same bits, and anew from the start."""

@@ -133,6 +133,7 @@ void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const 
         w->now.left[i] = left ? left[i] : how_many(it, i);
     }
     w->first = w->done = 0;
+    it->broken_off = 0;
 }
 
 void free_watch(struct ccgen_simulation *it)

@@ -2,7 +2,8 @@
  *
  * A run goes leg by leg: it pauses before each step that may hold an event, takes that step alone, and is looked at then; so is what impacts and time stepping do at
  * the end of a leg. Where an event lies in a leg the state before it is put back, and motion goes on to the event: so the instant is found in a step of the
- * run, and the run has a row there.
+ * run, and the run has a row there. Where it is interrupted in a leg with an event, or on the way back to that, the leg is undone. Who goes on then does so by
+ * legs of one step, and is asked nothing on the way back: so every call gets on, however often its tick interrupts, if one step does.
  */
 #include "interface/halting.h"
 
@@ -108,7 +109,8 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
         run->pauses = run->paused && run->pauses == BEFORE_EVENTS ? BEHIND_A_STEP : BEFORE_EVENTS;
         begin_leg(it, met, &leg);
         legs++;
-        run->until = run->method->order ? until : fmin(until, it->phase.t + STEPS_OF_A_LEG * run->fixed_step);
+        const int steps = it->broken_off ? 1 : STEPS_OF_A_LEG;
+        run->until = run->method->order ? until : fmin(until, it->phase.t + steps * run->fixed_step);
         outcome = record_end(it, go_on_by_a_leg(it, met));
         if (outcome != OUTCOME_INTERRUPTED) {
             const enum outcome looked = find_halt(it, &halt);
@@ -122,15 +124,21 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
         if ((find_halt(it, &halt) || halt.indicator >= 0) && legs) {
             undo_leg(it, &leg, met);
             restore_watch(it);
+            it->broken_off = 1;
         }
         halt.indicator = -1;
     } else if (halt.indicator >= 0) { /* what failed does so behind it */
+        int (*const tick)(void *, double) = run->interruption.tick;
         outcome = OUTCOME_DONE;
+        if (it->broken_off)
+            run->interruption.tick = NULL;
         if (legs && halt.t < it->phase.t)
             outcome = go_on_to_halt(it, &leg, halt, met);
         run->until = round_up_to_double(it->phase.t);
         while (!outcome && it->phase.t < run->until)
             outcome = go_on_by_a_stage(it, met);
+        run->interruption.tick = tick;
+        it->broken_off = outcome == OUTCOME_INTERRUPTED;
         if (outcome && legs)
             restore_watch(it);
     }

@@ -19,8 +19,9 @@ struct ccgen_simulation {
     double *k, *restitution, *friction, *lever, *extent;
     /* of a run that does what events say: the parameters of the settings, those before an event, what events set, and room for what effects hold */
     double *given, *kept, *event_values, *held;
-    int changed; /* whether events have set any */
-    long acted;  /* how often */
+    int changed;    /* whether events have set any */
+    long acted;     /* how often */
+    int broken_off; /* whether it was interrupted on the way to an event at which it halts, and has not come there since */
 };
 
 /* What a call has met: whether a contact had an event, how many impacts there were before that, and which event of the scene it ends at, or -1 */

@@ -93,7 +93,8 @@ enum outcome within_budget(struct phase *f)
     run->interruption.t = f->t;
     if (shows_rows(f))
         return OUTCOME_INTERRUPTED;
-    if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
+    const int asked = run->pauses == BEHIND_A_STEP; /* where it paused before this step */
+    if ((run->steps % TICK == 0 && !asked && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
         return OUTCOME_INTERRUPTED;
     if (run->steps + run->rejected - run->taken_before >= run->step_budget)
         return OUTCOME_BUDGET;
