@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..run import Run
 from .growing import blocks
 from .quantities import Of, Quantity
@@ -70,6 +71,33 @@ class Looks:
             t, q, u = np.append(rows[:1], t), np.vstack([run.q[first], q]), np.vstack([run.u[first], u])
         return cls(run, t, q, u)
 
+    def beside_borders(self, signal: Signal, model: Of, none: BoolArray) -> Looks:
+        """These, of which a signal has no value at some, ``none``, and one more wherever between two of them it begins
+        or ends to have values: on that side, and as far from there as its rounding, which has no bound there for roots
+        and logarithms, is still known to half its digits (``look_at_borders`` of interface/crossings.c)."""
+        borders: list[float] = []
+        for k in np.flatnonzero((none[:-1] != none[1:]) & (self.t[:-1] < self.t[1:])).tolist():
+            first, last = a, b = float(self.t[k]), float(self.t[k + 1])
+            epsilon = float(np.finfo(self.t.dtype).eps)
+            near = max(math.sqrt(epsilon) * (b - a), 4.0 * epsilon * max(abs(a), abs(b)))
+            while b - a > near and a < (middle := 0.5 * (a + b)) < b:
+                if math.isnan(signal.quantity.at(model, middle, *self.run.at(middle))) == none[k]:
+                    a = middle
+                else:
+                    b = middle
+            border = b + near if none[k] else a - near
+            borders += [border] if first < border < last else []
+        if not borders:
+            return self
+        times = np.array(borders, dtype=self.t.dtype)
+        places, (q, u) = np.searchsorted(self.t, times), self.run.at(times)
+        return replace(
+            self,
+            t=np.insert(self.t, places, times),
+            q=np.insert(self.q, places, q, axis=0),
+            u=np.insert(self.u, places, u, axis=0),
+        )
+
 
 def _first_impact(run: Run, t: float) -> int:
     """The first impact that is not before t (s)."""
@@ -107,10 +135,15 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
     come back: there its rate changes its sign. What is not a number counts as what was there before.
     """
     found = signal.quantity.along(model, looks.t, looks.q, looks.u)
+    none = np.isnan(found.value)
+    if none.any():
+        looks = looks.beside_borders(signal, model, none)
+        found = signal.quantity.along(model, looks.t, looks.q, looks.u)
     values = signal.sign * found.value
     zero = ZERO * np.finfo(values.dtype).eps * found.size
+    zero = np.where(np.isfinite(zero), zero, 0.0)  # it has no bound where a root begins
     below = np.asarray(values < -zero)
-    for k in np.flatnonzero(~np.isfinite(values)).tolist():
+    for k in np.flatnonzero(np.isnan(values)).tolist():
         below[k] = below[k - 1] if k else armed
 
     def value(t: float) -> float:
@@ -126,7 +159,8 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
     peaks = dips = np.zeros(len(below) - 1, dtype=bool)
     if found.rate is not None:
         rates = signal.sign * found.rate
-        peaks = below[:-1] & below[1:] & (rates[:-1] > 0.0) & (rates[1:] < 0.0)
+        valued = ~np.isnan(values)
+        peaks = valued[:-1] & valued[1:] & below[:-1] & below[1:] & (rates[:-1] > 0.0) & (rates[1:] < 0.0)
         dips = (values[:-1] > 0.0) & (values[1:] > 0.0) & (rates[:-1] < 0.0) & (rates[1:] > 0.0)
     for k in np.flatnonzero((below[:-1] & ~below[1:]) | peaks | dips).tolist():
         a, b, last = float(looks.t[k]), float(looks.t[k + 1]), float(values[k + 1])
@@ -135,7 +169,10 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
             last = value(b)
         elif dips[k]:
             a = passage(rate, a, b)
-        if (peaks[k] and last < -zero[k]) or (dips[k] and value(a) >= -zero[k]):
+        if (peaks[k] and not last >= -zero[k]) or (dips[k] and not value(a) < -zero[k]):  # nor where it is no number
+            continue
+        if math.isnan(values[k]):  # it begins beyond zero
+            times.append(b)
             continue
         level = min(last, 0.0)
         times.append(passage(lambda t, level=level: value(t) - level, a, b))  # type: ignore[misc]

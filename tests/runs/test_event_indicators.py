@@ -193,9 +193,12 @@ def test_runs_that_end_and_go_on_at_events_have_those_that_are_told(text: str, w
         ("log(slide(guide) + 0.1)", 1.0),
     ],
 )
-def test_expressions_without_a_value_come_to_nothing(when: str, level: float, method: str, workshop: Workshop) -> None:
+@pytest.mark.parametrize("scene", ["", "released"])
+def test_expressions_without_a_value_come_to_nothing(
+    when: str, level: float, method: str, scene: str, workshop: Workshop
+) -> None:
     """A cart swings as 0.3 cos(5t); where a root or a logarithm has no value no event comes, and none is lost."""
-    model = workshop.model(CART + f'[[event]]\nwhen = "{when}"\n')
+    model = workshop.model((RELEASED if scene else CART) + f'[[event]]\nwhen = "{when}"\n')
     found = [(event.t, event.direction) for event in simulate(model, method=method).events]
     first = np.arccos(level / 0.3) / 5.0 if level < 0.3 else np.nan
     turns = [k * 2.0 * np.pi / 5.0 for k in range(5)] if level < 0.3 else []
@@ -205,11 +208,12 @@ def test_expressions_without_a_value_come_to_nothing(when: str, level: float, me
     assert [one[0] for one in found] == pytest.approx([one[0] for one in expected], abs=1e-7)
 
 
+@pytest.mark.parametrize("scene", ["", "released"])
 @pytest.mark.parametrize("order", [1, -1])
-def test_borders_in_one_step_are_looked_at_in_the_order_of_time(order: int, workshop: Workshop) -> None:
+def test_borders_in_one_step_are_looked_at_in_the_order_of_time(order: int, scene: str, workshop: Workshop) -> None:
     """By chosen steps, by long and by very short ones; at a border itself nothing comes."""
     tables = [f'[[event]]\nname = "{name}"\nwhen = "{when}"\ndirection = "falling"\n' for name, when in BORDERS.items()]
-    model = workshop.model(CART + "".join(tables[::order]))
+    model = workshop.model((RELEASED if scene else CART) + "".join(tables[::order]))
     expected = [("d", 0.75), ("b", 0.9995 - 1e-8), ("a", 1.0 - 1e-8)]
     for step in (None, 0.125, 0.01):
         run = simulate(model, until=1.2, step=step)
@@ -222,8 +226,11 @@ def test_borders_in_one_step_are_looked_at_in_the_order_of_time(order: int, work
 BORDERS = {"a": "sqrt(1 - t) - 1e-4", "b": "sqrt(0.9995 - t) - 1e-4", "d": "sqrt(1 - t) - 0.5"}
 
 
-def test_one_that_comes_back_beyond_zero_comes_where_it_has_a_value_again(workshop: Workshop) -> None:
-    text = CART + '[[event]]\nwhen = "sqrt((t - 1)*(t - 1.537)) + t - 1.2"\ndirection = "rising"\n'
+@pytest.mark.parametrize("scene", ["", "released"])
+def test_one_that_comes_back_beyond_zero_comes_where_it_has_a_value_again(scene: str, workshop: Workshop) -> None:
+    text = (
+        RELEASED if scene else CART
+    ) + '[[event]]\nwhen = "sqrt((t - 1)*(t - 1.537)) + t - 1.2"\ndirection = "rising"\n'
     model = workshop.model(text)
     for step in (None, 0.1):
         assert [event.t for event in simulate(model, until=2.0, step=step).events] == [pytest.approx(1.537, abs=1e-6)]
@@ -257,6 +264,35 @@ slides = { guide = 0.3 }
 [run]
 until = 5
 """
+
+
+RELEASED = (
+    CART.replace(
+        "[start]",
+        """[[link]]
+name = "arm"
+mass = 1
+inertia = 1
+com = [0.5, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "hip"
+between = ["ground.O", "arm.A"]
+[start]""",
+    )
+    + '[[release]]\njoint = "hip"\nat = 9\n'
+)
+"""Of scenes in which joints change events are looked for behind the run."""
+
+
+@pytest.mark.parametrize("scene", ["", "released"])
+def test_a_rate_beside_no_value_makes_no_event(scene: str, workshop: Workshop) -> None:
+    """That of the logarithm of a negative number would be one; the value crosses nearer to where it begins than can be
+    told."""
+    text = (RELEASED if scene else CART) + '[[event]]\nwhen = "log(slide(guide)) + 25"\n'
+    model = workshop.model(text)
+    for method in ("gauss", "dopri5", "radau"):
+        assert simulate(model, until=2.0, method=method).events == ()
 
 
 @pytest.mark.parametrize("precision", ["double", hard("wide")])

@@ -274,7 +274,8 @@ static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int w
     struct watch *w = it->watch;
     const double zero = rounding_of(&w->now.last, i), first = sign * w->now.last.value[i];
     const double rates[] = {sign * w->now.last.rate[i], sign * w->next.rate[i]};
-    const int apart = it->system.model->rated[i] && piece && w->now.last.t < w->next.t;
+    const int valued = !isnan(first) && !isnan(w->next.value[i]); /* a rate there may be beside no value */
+    const int apart = it->system.model->rated[i] && piece && valued && w->now.last.t < w->next.t;
     const int peak = apart && was && is && rates[0] > 0.0 && rates[1] < 0.0;
     const int dip = apart && first > 0.0 && sign * w->next.value[i] > 0.0 && rates[0] < 0.0 && rates[1] > 0.0;
     double a = w->now.last.t, b = w->next.t, low = first, high = sign * w->next.value[i];
