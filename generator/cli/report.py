@@ -120,6 +120,10 @@ def print_missing(scene: Scene, run: Run) -> None:
     missing += [f"event {event.name}" for event in scene.events if event.name not in came]
     for what in missing:
         typer.echo(f"{what}: never came")
+    for event in scene.events:
+        if event.stop and event.name in came:
+            times = sum(one.name == event.name for one in run.events)
+            typer.echo(f"event {event.name}: came {times} of the {event.stop} times at which the run ends")
 
 
 def row(model: Model, run: Run, number: int, then: Model) -> tuple[str, ...]:

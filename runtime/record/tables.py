@@ -97,9 +97,12 @@ def _changes(run: Record) -> dict[str, Any]:
 
 def _events(run: Record) -> dict[str, Any]:
     """Instants that the scene asked for; nothing of a run that has none. What event k set is
-    event_set_offsets[k]:event_set_offsets[k + 1]."""
+    event_set_offsets[k]:event_set_offsets[k + 1], and what it switched event_switch_offsets[k] and so on."""
     if not run.events:
         return {}
+    before = [event.before.get(path, np.nan) for event in run.events for path in event.parameters]
+    ways = [one for event in run.events for one in ((True, event.on), (False, event.off))]
+    switched = [(name, way) for way, names in ways for name in names]
     return {
         "event_t": np.array([event.t for event in run.events], dtype=float),
         "event_names": _texts(event.name for event in run.events),
@@ -111,6 +114,10 @@ def _events(run: Record) -> dict[str, Any]:
         "event_set_offsets": np.cumsum([0] + [len(event.parameters) for event in run.events]),
         "event_set_names": _texts(path for event in run.events for path in event.parameters),
         "event_set_values": np.array([x for event in run.events for x in event.parameters.values()], dtype=float),
+        "event_set_before": np.array(before, dtype=float),
+        "event_switch_offsets": np.cumsum([0] + [len(event.on) + len(event.off) for event in run.events]),
+        "event_switch_names": _texts(name for name, _ in switched),
+        "event_switch_on": np.array([way for _, way in switched], dtype=bool),
     }
 
 

@@ -436,6 +436,14 @@ def test_what_never_comes_is_told(tmp_path: Path) -> None:
     assert told == ["release of grip: never came", "event round: never came"]
 
 
+def test_how_often_an_event_came_that_was_to_end_the_run_is_told(tmp_path: Path) -> None:
+    event = '[[event]]\nname = "wave"\nwhen = "sin(100*t)"\ndirection = "rising"\nstop = true\ntimes = 3\n'
+    (tmp_path / "geared.toml").write_text(f"{GEARED}{event}[run]\nuntil = 0.1\n")
+    done = ccgen("run", "geared.toml", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "event wave: came 1 of the 3 times at which the run ends\n" in done.stdout
+
+
 def test_joints_that_change_and_events_are_told_in_the_order_of_time(tmp_path: Path) -> None:
     more = '[[release]]\njoint = "grip"\nat = 0.05\n'
     for name, when in (("late", 0.08), ("early", 0.02), ("meanwhile", 0.05)):

@@ -72,6 +72,22 @@ def test_a_spring_that_is_off_pulls_no_more_and_takes_its_energy_along(
     )
 
 
+def test_files_say_what_was_switched(workshop: Workshop, tmp_path: Path) -> None:
+    text = OSCILLATOR + '[[damper]]\nname = "pot"\nbetween = ["ground.O", "cart.A"]\ndamping = 1\n'
+    for when, keys in (
+        (0.5, 'off = ["coil"]'),
+        (1.0, 'on = ["coil"]\noff = ["pot"]'),
+        (1.5, 'set = { "cart.mass" = 3 }'),
+    ):
+        text += f'[[event]]\nwhen = "t - {when}"\n{keys}\n'
+    run = simulate(workshop.model(text), until=2.0)
+    with np.load(run.save(tmp_path / "run.npz")) as arrays:
+        assert arrays["event_switch_offsets"].tolist() == [0, 1, 3, 3]
+        assert arrays["event_switch_names"].tolist() == ["coil", "coil", "pot"]
+        assert arrays["event_switch_on"].tolist() == [False, True, False]
+        assert arrays["event_set_before"].tolist() == [2.0]
+
+
 def test_a_run_goes_on_without_what_is_off(workshop: Workshop) -> None:
     text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\nstop = true\n'
     model = workshop.model(text)

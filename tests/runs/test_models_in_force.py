@@ -109,6 +109,7 @@ def test_so_do_runs_from_files_and_pickles_and_those_that_go_on(heavy: Any, work
         first, last = arrays["event_set_offsets"]
         told = dict(zip(arrays["event_set_names"].tolist(), arrays["event_set_values"].tolist(), strict=True))
         assert (first, last, told) == (0, 3, HEAVY)
+        assert arrays["event_set_before"].tolist() == [model.parameters[path] for path in arrays["event_set_names"]]
     on = simulate(model, state=heavy.state, until=2.5)
     check(on.values(*NAMES, "rod.B.ay", t=np.linspace(2.0, 2.5, 5)), True)
 
