@@ -175,7 +175,7 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
             times.append(b)
             continue
         level = min(last, 0.0)
-        times.append(passage(lambda t, level=level: value(t) - level, a, b))  # type: ignore[misc]
+        times.append(float(passage(lambda t, level=level: value(t) - level, a, b)))  # type: ignore[misc]
     return Watched(tuple(times), looks.t, below)
 
 

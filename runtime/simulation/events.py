@@ -401,7 +401,7 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
             model = _with(model, answered)
         except (ValueError, UnknownName) as error:
             return _unsettable(course, event, error, by)
-        values |= told
+        values |= {path: float(value) for path, value in told.items()}
         if values or gates or answered:
             parameters = course.model.parameters
             event = replace(
