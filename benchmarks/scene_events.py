@@ -1,6 +1,7 @@
-"""Events of scenes: runs that are told of them, or end and go on at them, beside the same runs without, and ensembles.
+"""Events of scenes: runs that are told of them, or end and go on at them, beside the same runs without, and ensembles;
+and a joint that lets go.
 
-Prints two markdown tables; `python benchmarks/scene_events.py --help` lists the options, README.md explains the rest.
+Prints four markdown tables; `python benchmarks/scene_events.py --help` lists the options, README.md explains the rest.
 """
 
 import argparse
@@ -37,6 +38,7 @@ def main() -> None:
     """Run each scene in four ways, and print a line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=40, help="repeats of which the fastest counts")
+    parser.add_argument("--throws", type=int, default=1000, help="runs of the trebuchet in an ensemble")
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
     print(f"{machine()}\n\n| run | rows | ms | never comes | told | of them | sets, for each that comes |")
@@ -64,6 +66,7 @@ def main() -> None:
             flush=True,
         )
     ensembles(max(options.rounds // 10, 2), 100)
+    throws(options.rounds, options.throws)
 
 
 def ensembles(rounds: int, count: int) -> None:
@@ -91,6 +94,38 @@ def ensembles(rounds: int, count: int) -> None:
         print(
             f"| {name}, {until:g} s | {1e3 * alone / count:.3f} | {each:.3f} | {with_events / singly:.3f} |", flush=True
         )
+
+
+def throws(rounds: int, count: int) -> None:
+    """The trebuchet beside itself without its release, up to where that comes; and many of it by the core alone, on two
+    threads, beside one call each."""
+    text = (SCENES / "trebuchet.toml").read_text()
+    models = []
+    for name in ("lets-go", "holds"):
+        file = WORK / f"trebuchet-{name}.toml"
+        table = text[text.index("[[release]]") : text.index("[[ground]]")]
+        file.write_text(text if name == "lets-go" else text.replace(table, ""))
+        models.append(load_model(generate(load_scene(file), out=WORK / "models")))
+    lets_go, holds = models
+    until = simulate(lets_go).changes[0].t
+    rows = [len(simulate(model, until=until).t) for model in models]
+    masses = {"counterweight.mass": [500.0 + 0.1 * k for k in range(count)]}
+
+    def run(model: Model) -> Run:
+        return simulate(model, until=until)
+
+    def one_by_one() -> None:
+        for mass in masses["counterweight.mass"]:
+            simulate(lets_go, params={"counterweight.mass": mass})
+
+    made = ensemble(lets_go, masses, threads=2)
+    assert set(made.status) == {"done"}
+    short, plain = fastest([lambda: run(lets_go), lambda: run(holds)], rounds)
+    whole, singly = fastest([lambda: ensemble(lets_go, masses, threads=2), one_by_one], max(rounds // 10, 2))
+    print("\n| trebuchet, to where its stone leaves | rows | ms | without release |\n|---|---|---|---|")
+    print(f"| {until:.3f} s | {rows[0]}, {rows[1]} | {1e3 * short:.2f} | {short / plain:.2f} |")
+    print(f"\n| {count} throws of 1.2 s, two threads | ms a run | of one call each |\n|---|---|---|")
+    print(f"| by the core | {1e3 * whole / count:.3f} | {whole / singly:.3f} |", flush=True)
 
 
 if __name__ == "__main__":

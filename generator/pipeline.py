@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from os import PathLike
@@ -83,9 +83,6 @@ def generate(
     mechanism; ``ValueError`` where that has none of the kind.
     With ``derivatives`` the model has those of its accelerations and other functions by coordinates, rates, time,
     inputs and parameters, for ``Model.derivatives`` and ``linearise``; without them it is the same to the byte.
-    Where joints let go or take hold, the model of every structure that the mechanism can come to is made as well, in a
-    package beside that of the start, which is returned; so it is where events switch effects, whose model with all of
-    them is returned.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -100,16 +97,8 @@ def generate(
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
     variant = Variant(fold, numbers, plan, derivatives)
-    for other in _scenes(scene)[1:]:
-        _generate(other, Path(out), variant, compiler, tell)
-    return _generate(scene, Path(out), variant, compiler, tell)
-
-
-def _generate(scene: Scene, out: Path, variant: Variant, compiler: Compiler, tell: Progress) -> Path:
-    """The package of one scene, without those of the structures that it comes to."""
-    numbers = variant.numbers
     key = key_of(_identity(scene, variant), compiler.version, *compiler.command, *compiler.flags())
-    target = out / numbers.package(scene.package)
+    target = Path(out) / numbers.package(scene.package)
     if module := hidden_module(target.name):
         raise OutputError(
             f"{scene.name}: found the name of {module}, which a package {target.name} in {target.parent} can hide, "
@@ -132,11 +121,6 @@ def listing(scene: Scene, fold: bool = False, plan: str | None = None) -> str:
 def _identity(scene: Scene, variant: Variant) -> str:
     """What tells one model from all others."""
     return f"{scene.canonical()}{variant}"
-
-
-def _scenes(scene: Scene) -> tuple[Scene, ...]:
-    """The scene, and those of the structures that it comes to."""
-    return (scene, *(one.scene for one in scene.structures))
 
 
 def _hash(scene: Scene, variant: Variant) -> str:
@@ -203,15 +187,23 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         indicators=len(scene.indicators),
         event_values=len(scene.values_of_events),
     )
-    models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
-    extra = switching_data(scene, models) | event_data(scene)
+    extra = switching_data(scene) | event_data(scene)
     data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, extra)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
     switches = [side for effect in scene.effects for side in effect.sides()]
     latched_at = [switches.index(side) for effect in scene.effects for _, side in effect.latches()]
     sides = topology.sides(len(mechanism.joints))
-    tables = {"partner": topology.partners, "sides": sides, "driven": driven, "latched_at": latched_at}
+    tables: dict[str, Sequence[int] | Sequence[float]] = {
+        "partner": topology.partners,
+        "sides": sides,
+        "driven": driven,
+        "latched_at": latched_at,
+    }
     tables |= {"directions": [direction for _, direction in scene.indicators], "rated": equations.rated}
+    numbers_of = {one.path: number for number, one in enumerate(equations.parameters)}
+    tables["row_held"] = [numbers_of[cut.gate.path] if cut.gate else -1 for cut in topology.cuts for _ in cut.rows] + [
+        -1 for row in topology.meshes for _ in row.rows
+    ]
     tables |= event_tables(scene, equations.parameters, topology.implied)
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers, variant.derivatives)
     (folder / "model.c").write_text(model)

@@ -71,19 +71,24 @@ def derive_scene(
     (:data:`~.planning.choose.PLANS`), or of the ``choice`` where it has been made.
     """
     from .derive.derivation import derive
-    from .derive.gated import gated
-    from .effect_base.indicators import Indicator, SetTo
+    from .derive.gated import at_joints, gated
+    from .effect_base.indicators import ChangeIndicator, Indicator, SetTo
 
     choice = choice or plan_scene(scene, plan, fold=fold)[1]
     topology = choice.topology
-    indicators = tuple(Indicator(when, scene.mechanism) for when, _ in scene.indicators)
-    effects = gated(scene.effects, scene.gates)
+    indicators = tuple(
+        Indicator(one, scene.mechanism) if isinstance(one, str) else ChangeIndicator(one, scene.mechanism)
+        for one, _ in scene.indicators
+    )
+    joints = [effect.at_joints() for effect in scene.effects]
+    effects = at_joints(scene.effects, joints, scene.everywhere, scene.mechanism)
+    effects = gated(effects, scene.gates)
     values = tuple(SetTo(one.value, scene.mechanism) for one in scene.values_of_events)
     equations = derive(scene.mechanism, topology, choice.plan, effects, indicators, values)
     if fold:
         from .program.fold import fold as folded
 
-        equations = folded(equations, [gate for gate in scene.gates if gate])
+        equations = folded(equations, [*scene.mechanism.gates.values(), *(gate for gate in scene.gates if gate)])
     return topology, equations
 
 

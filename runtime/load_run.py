@@ -13,7 +13,6 @@ import numpy as np
 from .files import read_path
 from .loading.load import reopen
 from .model.model import Model
-from .model.whole import Whole
 from .record.event import Event
 from .record.hybrid_state import UNREADABLE, ZIPPED, HybridState
 from .record.impact import Impact
@@ -41,10 +40,7 @@ KINDS: Mapping[str, type] = {
         Latched,
         Settings,
         forces_along.Along,
-        pieces.Along,
-        pieces.Between,
         pieces.Piece,
-        pieces.SwitchedRun,
         stretches.Along,
         stretches.Between,
         stretches.StretchedRun,
@@ -116,7 +112,7 @@ def _arrays_in(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _finder(model: Model) -> Callable[[Any], Any]:
-    """Finds models in the packages beside that of one, the one itself included, and what they are the structures of.
+    """Finds models in the package of one.
 
     Raises ``ValueError`` for a model that is in no package.
     """
@@ -125,8 +121,6 @@ def _finder(model: Model) -> Callable[[Any], Any]:
         raise ValueError(f"{model.name}: found a model without a package, expected one; load it from a folder")
 
     def find(said: Any) -> Any:
-        if isinstance(said, list):
-            return Whole(said)
         if not NAME.fullmatch(said["package"]):  # compiled code is loaded from there: from nowhere else than beside
             raise ValueError(f"{said['package']!r} is no name of a package")
         own = folder if said["name"] == model.name else folder.parent / said["package"]

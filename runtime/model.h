@@ -6,7 +6,8 @@
  *
  * Sizes:   nq = nu     coordinates q and quasi-velocities u, u = dq/dt
  *          base        coordinates of the floating root's place, which come first; link angles and slides follow
- *          rows        closure rows, two per cut pin and one per cut joint that slides
+ *          rows        closure rows, two per cut pin and one per cut joint that slides; while a parameter that gates a row
+ *                      is not 1 the row is off: zero in all functions, and its multipliers are 0
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
  *          contacts    (point, ground) pairs; where it is 0 the functions of contacts are NULL
  *
@@ -18,7 +19,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 18
+#define CCGEN_CONTRACT_VERSION 19
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -144,7 +145,8 @@ typedef int ccgen_tangent(const struct ccgen_arguments *at, const struct ccgen_a
 /* "constants": of k along p, which stands in the place of k. "residual_q", "residual_u", "residual_k" and "residual_t" (along t
  * and inputs): of f[nu] = A^T lambda - M u_dot - h and y[rows] = -A u_dot - dA/dt u, u_dot and lambda held; "jump": of
  * A^T lambda - M u and -A u, u held too where no direction moves it. "solve": du[nu] and Lambda[rows] of `impulse` along f
- * and y, where the blocks of y lie each behind that of f, as the residuals give them. All others: of the function of that name. What is not listed is zero. */
+ * and y, where the blocks of y lie each behind that of f, as the residuals give them. "indicators": of their values alone. All others: of the function of that name. What is not listed is
+ * zero. */
 struct ccgen_named_tangent {
     const char *name;
     int outputs;
@@ -173,6 +175,8 @@ struct ccgen_model {
     int indicators;     /* expressions whose zeros are events of the scene */
     int event_values;   /* that they set */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
+    const int *row_held; /* [rows]: the parameter that gates each row, which is on where that is 1, or -1 where it always is; NULL
+                          * where all always are */
     const int *sides;   /* [joints]: 1 where the outboard link is the joint's second, -1 where it is its first */
     const int *directions; /* [indicators]: 1 where rises through zero are events, -1 where falls are, 0 where both are */
     const int *rated;   /* [indicators]: whether `rate` is known; this, the last and the function NULL without indicators */
@@ -181,6 +185,13 @@ struct ccgen_model {
     const int *value_within;        /* [event_values]: an enum ccgen_domain */
     const int *value_forgets; /* [event_values][2]: where that switches an effect, the first of its latches and how many, which
                                * are forgotten where it comes on. These four NULL without event_values, as `find_event_values` */
+    const int *joint_of;     /* [indicators]: the joint that lets go or takes hold, -1: none; this and the next four NULL where none does */
+    const int *gate_of;      /* [indicators]: the parameter that is 1 while it holds and 0 while it is open, */
+    const int *held_before;  /* [indicators]: and what that is where the indicator is looked for */
+    const int *change_by;    /* [indicators]: 0 a time, 1 a force, in whose place the indicator has -1, 2 the points of the joint
+                              * that meet, where the indicator rises through zero while they are near, 3 what the indicator says */
+    const double *limits;    /* [indicators][3]: a force (N) and an impulse (N s) in the joint, and how near (m) its points have to
+                              * be for it to take hold; 0: none, or what the runtime says */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
     ccgen_acceleration *acceleration;
@@ -208,8 +219,8 @@ struct ccgen_model {
     ccgen_of_state *slip_bias; /* dT/dt u [contacts], m/s^2 */
     ccgen_contact_impulse *slip_impulse;        /* T^T P from tangential impulses P[contacts] */
     ccgen_restitution *friction;                /* mu[contacts] */
-    ccgen_contact_reactions *contact_reactions; /* this and the next NULL without contacts */
-    ccgen_impulse_reactions *impulse_reactions;
+    ccgen_contact_reactions *contact_reactions; /* NULL without contacts */
+    ccgen_impulse_reactions *impulse_reactions; /* NULL without contacts and joints that let go or take hold */
     int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */
     ccgen_acceleration_lanes *acceleration_lanes; /* this and the next two are in lanes.c, NULL where it is left out */
     ccgen_acceleration_states *acceleration_states;

@@ -40,8 +40,7 @@ class Run(Record):
     """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
 
     `model` carries the parameter values of its beginning, :meth:`model_at` those of later, where events have set some;
-    all that is told of an instant is told with those of that instant. Where joints let go or take hold, it is the whole
-    mechanism, which knows places, gaps and energies; what hangs on which joints hold is asked of the run.
+    all that is told of an instant is told with those of that instant; so are gates of joints that let go or take hold.
     `advance.between` finds states between two rows by steps of the run's method; `motion(t, q, u)` the forces along
     the run.
     `unexplained` (nt,) is what of each row's energy (J), less that of the first row, is neither work of loads nor a
@@ -98,6 +97,10 @@ class Run(Record):
         as after it; of the two rows of an impact the first is as before it.
         """
         return point_motion(self, name, t)
+
+    @property
+    def stretches(self) -> tuple[Run, ...]:
+        return (self,)
 
     @property
     def outputs(self) -> dict[str, str]:

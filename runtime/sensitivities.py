@@ -50,8 +50,9 @@ def sensitivities(
 
     Raises ``ValueError`` where there is no one matrix of derivatives or it is not known: time stepping, bounces that
     have come to rest, contacts that close together by chance, grazing, decisions of friction or of an impact within
-    rounding, effects with kinks, events that do something, joints that let go, controllers and tables as inputs,
-    redundant joints; it says where and why. A model has to be generated with its derivatives.
+    rounding, effects with kinks, events of the scene that graze zero or come together by chance, joints that break
+    by a force while contacts are held, controllers and tables as inputs, redundant joints; it says where and why. A
+    model has to be generated with its derivatives.
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")

@@ -19,7 +19,6 @@ from .simulation.batch import simulate_batch
 from .simulation.events import OnEvent, check_functions, simulate_with_events
 from .simulation.interruption import marked, noting
 from .simulation.one_run import simulate_one
-from .simulation.switching import simulate_switching
 
 __all__ = ["default_method", "simulate"]
 
@@ -171,13 +170,10 @@ def _simulated(
     options: dict[str, Any],
 ) -> Run | Any:
     make: Callable[..., Run] = simulate_one
-    if model.data.get("events"):
+    if model.data.get("events") or model.data.get("switching") is not None:
         make = partial(simulate_with_events, on_event=on_event)
-    else:
-        if on_event is not None:
-            check_functions(model, on_event)
-        if model.data.get("switching") is not None:
-            make = simulate_switching
+    elif on_event is not None:
+        check_functions(model, on_event)
     if state is None and q0 is not None and dimensions(q0) == 2:
         return simulate_batch(model, q0, u0, make, progress=progress, **options)
     return make(model, q0, u0, state=state, progress=progress, **options)

@@ -90,9 +90,12 @@ def _always_dense(run: Run) -> Iterator[str]:
     if not len(getattr(model, "rows", ())) or not hasattr(model, "jacobian"):
         return
     numbers = np.unique(np.linspace(0, len(run.t) - 1, min(ROWS, len(run.t))).astype(int))
+    lasting = [row.rpartition(".")[0] not in model.joint_gates for row in model.rows]
     idle = []
     for q in run.q[numbers]:
-        rows = model.jacobian(q)
+        rows = model.jacobian(q)[lasting]
+        if not len(rows):
+            return
         values = np.linalg.svd(rows, compute_uv=False)
         idle.append(len(rows) - int(np.count_nonzero(values > DEPENDENT * values[0])))
     if min(idle) > 0:

@@ -96,6 +96,7 @@ def _change(run: Run, change: JointChange) -> str:
     """A joint that let go or took hold, when, and why."""
     does = "lets go" if change.kind == "release" else "takes hold"
     gap = f", drawn together by {change.gap:.2g} m" if change.gap > DRAWN * run.model.length else ""
+    gap += f", by which the energy jumps by {change.energy:.3g} J" if gap and change.energy else ""
     return f"{change.joint} {does} at t = {change.t:.12g} s: {change.why}{gap}"
 
 

@@ -24,6 +24,7 @@ from ..planning.plan import Plan
 from .closure import Closure
 from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
+from .gated import whiles_of
 from .gibbs import Recursion
 from .indicators import LENGTH, PACE, Indicates, Sets
 from .inverse import Inverse
@@ -97,7 +98,9 @@ class _Derivation:
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
-        names = tuple(ContactName(gap.name, gap.ground, gap.angular, gap.slides) for gap in self.contacts)
+        names = tuple(
+            ContactName(gap.name, gap.ground, gap.angular, gap.slides, whiles_of(gap)) for gap in self.contacts
+        )
         return Equations(
             tuple(parameters),
             self.state,
@@ -390,7 +393,7 @@ class _Derivation:
     def _joint_side(self, index: int) -> PointRef:
         joint = self.mechanism.joints[index]
         if joint.slides:
-            return joint.second
+            return self.mechanism.as_named(index).second
         for branch in self.topology.branches:
             if branch.joint == index:
                 return PointRef(branch.link, branch.inboard)
@@ -413,7 +416,7 @@ class _Derivation:
         self.contacts = tuple(c for effect in self.effects for c in effect.gaps(self.ledger.let))
         self.ledger.close("grounds")
         if not self.contacts:
-            return []
+            return [self.inverse.impulses(self.velocity)] if self.mechanism.gates else []
         gaps = Contacts(self.kinematics, self.contacts, self.place, self.velocity)
         pushes = tuple(sp.Symbol(f"N_{index}") for index in range(len(self.contacts)))
         impulses = Argument("P", pushes, "normal impulses of the contacts, N s")
@@ -446,7 +449,8 @@ class _Derivation:
         tangential = tuple(sp.Symbol(f"S_{index}_t") for index in range(len(self.contacts))) if rough else ()
         meaning = "normal forces (impulses) of the contacts" + (", then the tangential ones" if rough else "")
         pushes = Argument("P", (*normal, *tangential), f"{meaning}, N, N m (N s, N m s)")
-        return self.inverse.of_contacts(gaps.wrenches(normal, tangential), pushes, self.velocity)
+        of_contacts = self.inverse.of_contacts(gaps.wrenches(normal, tangential), pushes)
+        return [of_contacts, self.inverse.impulses(self.velocity)]
 
     def _friction(self, gaps: Contacts) -> list[Kernel]:
         """What sliding needs, if any ground is rough."""

@@ -19,6 +19,7 @@ from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Branch, Topology
+from .closure import gate_of
 from .expanded_forces import expanded_forces
 from .meshing import passed
 from .terms_of_effects import Terms
@@ -200,7 +201,9 @@ class _Expansion:
         for cut in self.topology.cuts:
             ends = zip(self.position(cut.second), self.position(cut.first), strict=True)
             gap = [second - first for second, first in ends]
-            rows += gap if cut.kind == "revolute" else [dot(perp(self._line(cut.joint)), (gap[0], gap[1]))]
+            own = gap if not cut.slides else [dot(perp(self._line(cut.joint)), (gap[0], gap[1]))]
+            own += [cut.arm * (self.angle(cut.second.link) - self.angle(cut.first.link))] if cut.turns_alike else []
+            rows += [gate_of(cut) * row for row in own]
         return [*rows, *(passed(row.mesh, self.state) for row in self.topology.meshes)]
 
     def _line(self, joint: int) -> Vector:

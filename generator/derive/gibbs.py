@@ -21,7 +21,7 @@ from ..mechanism.topology import Branch, Cut
 from ..planning.dead_centres import SMALLEST_SINE
 from ..planning.plan import Pivot, Plan, is_closure, is_dyad
 from ..planning.segments import FAINT, FIRM
-from .closure import Closure
+from .closure import Closure, gate_of
 from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution, Substitution, carried
 from .kinematics import Kinematics
 from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, inertia_of, perp, scale, symbol
@@ -149,6 +149,7 @@ class Recursion:
                 solution = eliminator.close_dyad(pivot, self._reach(pivot))
                 self._guard(solution.guard, solution.scale)
             elif is_closure(pivot):
+                self._let_idle(form, pivot)
                 if number == 0 or not is_closure(pivots[number - 1]):
                     stop = next((i for i in range(number, len(pivots)) if not is_closure(pivots[i])), len(pivots))
                     gathered = self._gathered_diagonal(link, form, pivots[number:stop])
@@ -162,6 +163,14 @@ class Recursion:
                 self._guard(solution.guard and solution.guard**2, least)
             found.append(solution)
         return found
+
+    def _let_idle(self, form: Form, pivot: Pivot) -> None:
+        """Multipliers of a joint with a gate whose rows nothing moves, whatever the parameters are, are 0 while it
+        holds too."""
+        for v in pivot:
+            alone = all(form.h(v, w) == 0 for w in form.variables if w != v)
+            if alone and form.h(v, v) == -sp.Symbol(f"open_{v.joint}"):
+                form.hessian[v, v] = sp.Integer(-1)
 
     def _guard(self, pivot: sp.Expr | None, scale_: sp.Expr | None) -> None:
         if pivot is not None and scale_ is not None:
@@ -334,19 +343,35 @@ class Recursion:
         return add(bias, scale(driven, self.kinematics.slides[branch.link].direction))
 
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
-        """−λ·(± acceleration of the cut joint's point on this side) (eq. 4.3), and the impact's right side once."""
+        """−λ·(± acceleration of the cut joint's point on this side) (eq. 4.3), and the impact's right side once.
+
+        All of it is times the gate s of a joint that lets go or takes hold, and −½ (1 − s) λ² makes λ 0 while s is 0
+        (eq. 4.19).
+        """
+        on = gate_of(cut)
         for row in self.closure.side(cut, link, factor):
             v = multiplier(cut.joint, row.name, cut.rank)
             side = Form([A_X, A_Y, v])
             for axis, w in enumerate((A_X, A_Y)):
                 if row.direction[axis] != 0:
-                    side.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
+                    side.add_h(w, v, -factor * on * row.direction[axis])
             bias = scale(sp.Integer(-factor), self.field_) if link == GROUND else ZERO
-            side.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
-            if factor > 0 and cut.rank == 0:  # joints between segments are never open
-                side.add_l(IMPACT, v, self.jumps[v])
+            side.add_l(FLIGHT, v, -on * (row.bias + dot(row.direction, bias)))
             rows: dict[Variable, dict[Variable, sp.Expr]] = carried(row.arm)
             form.add(side.substitute(Substitution({A_X: {}, A_Y: {}} if link == GROUND else rows)))
+        if cut.turns_alike:
+            v = multiplier(cut.joint, "a")
+            side = Form([ALPHA, v])
+            side.add_h(ALPHA, v, -on * self.closure.turning(cut, link))
+            form.add(side.substitute(Substitution({ALPHA: {}})) if link == GROUND else side)
+        if factor < 0 or cut.rank:  # joints between segments are never open
+            return
+        for v in (multiplier(cut.joint, row) for row in cut.rows):
+            once = Form([v])
+            once.add_l(IMPACT, v, on * self.jumps[v])
+            if cut.gate:
+                once.add_h(v, v, self.ledger.once(f"open_{cut.joint}", lambda: 1 - on) * -1)
+            form.add(once)
 
     def _mesh(self, link: int, form: Form) -> None:
         """−λ·(lever · α) of each mesh that the link is in (eq. 3.4), what is prescribed along its joint's line, and the

@@ -130,16 +130,19 @@ class Inverse:
             "reactions", (self.q, self.u, *self.acted, self.u_dot, multipliers), (output,), "forces in the joints"
         )
 
-    def of_contacts(self, pushed: dict[int, Wrench], pushes: Argument, velocity: dict[int, Vector]) -> list[Kernel]:
-        """What ``pushed``, the wrenches of contacts on links, adds to the reactions; and the impulses of the joints for
-        jumps of the velocities, less those of the contacts: eq. 4.13 with momenta."""
-        given = self._given()
+    def of_contacts(self, pushed: dict[int, Wrench], pushes: Argument) -> Kernel:
+        """What ``pushed``, the wrenches of contacts on links, adds to the reactions."""
         against = {k: (scale(sp.S.NegativeOne, force), -moment) for k, (force, moment) in pushed.items()}
         forces, moments = self._carried(against, {}, "RC", "reactions to what contacts do, inwards")
         output = Output(
             "reaction", self._per_joint(forces, moments, "RC"), "per joint: force x, y and moment, to be added"
         )
-        of_contacts = Kernel("contact_reactions", (self.q, pushes), (output,), "forces in the joints by the contacts")
+        return Kernel("contact_reactions", (self.q, pushes), (output,), "forces in the joints by the contacts")
+
+    def impulses(self, velocity: dict[int, Vector]) -> Kernel:
+        """The impulses of the joints for jumps of the velocities, less those of contacts: eq. 4.13 with momenta,
+        as eq. 5.27 has them."""
+        given = self._given()
         forces, moments = self._carried(self._momenta(velocity), given, "RI", "impulses of the joints, inwards")
         output = Output(
             "reaction",
@@ -148,10 +151,7 @@ class Inverse:
         )
         jumps = Argument("u", self.state.u, "jumps of the quasi-velocities")
         impulses = Argument("lambda", tuple(given.values()), "impulses of the cut joints, N s")
-        return [
-            of_contacts,
-            Kernel("impulse_reactions", (self.q, jumps, impulses), (output,), "impulses of the joints"),
-        ]
+        return Kernel("impulse_reactions", (self.q, jumps, impulses), (output,), "impulses of the joints")
 
     def _given(self) -> dict[tuple[int, str], sp.Symbol]:
         """Multipliers as arguments."""
@@ -162,13 +162,16 @@ class Inverse:
         ends."""
         moved = dict(moments)
         for branch in self.topology.branches:
-            if branch.follows and branch.joint in moments and branch.link < branch.parent:
+            ends = self.kinematics.mechanism.as_named(branch.joint)
+            link = (ends.second if branch.outwards else ends.first).link  # a shaft stands for what is welded to it
+            if branch.follows and branch.joint in moments and link < branch.parent:
                 slide = self.kinematics.slides[branch.link]
                 arm = scale(slide.length, slide.direction)
                 moved[branch.joint] += dot(perp(arm), forces[branch.joint])
         for cut in self.topology.cuts:
             if cut.kind == "prismatic" and cut.joint in forces and cut.second.link < cut.first.link:
-                moved[cut.joint] = dot(perp(self.closure.lines[cut.joint].distance), forces[cut.joint])
+                arm = self.closure.lines[cut.joint].distance
+                moved[cut.joint] = moved.get(cut.joint, sp.S.Zero) + dot(perp(arm), forces[cut.joint])
         return Shares(self.kinematics, forces, moved, name).reactions()
 
     def _carried(
@@ -180,6 +183,7 @@ class Inverse:
         result: dict[int, Vector] = {}
         moment = {k: wrench[1] for k, wrench in wrenches.items()}
         felt: dict[int, Vector] = {}
+        holding = [cut for cut in self.topology.cuts if cut.turns_alike]
         for cut in self.topology.cuts if given else ():
             for side, factor in ((cut.first, 1), (cut.second, -1)):
                 sides = self.closure.side(cut, side.link, -factor)
@@ -187,9 +191,11 @@ class Inverse:
                 result[cut.joint] = force
                 felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), force))
                 moment[side.link] = moment.get(side.link, sp.S.Zero) + factor * dot(perp(sides[0].arm), force)
+                if cut.turns_alike:
+                    moment[side.link] -= self.closure.turning(cut, side.link) * given[cut.joint, "a"]
         if given:
             self._meshed(given, felt, moment)
-        moments: dict[int, sp.Expr] = {}
+        moments = {cut.joint: sp.Float(cut.arm) * given[cut.joint, "a"] for cut in holding} if given else {}
         for branch in reversed(self.topology.branches):
             link, parent = branch.link, branch.parent
             if link not in wrenches and link not in felt and link not in moment:

@@ -80,7 +80,8 @@ class Motion:
         return step(value)
 
     def joint(self, index: int) -> Joint:
-        return self.kinematics.mechanism.joints[index]
+        """A joint between the links that a scene names, whether a shaft is between them or not."""
+        return self.kinematics.mechanism.as_named(index)
 
     def position(self, ref: PointRef) -> Vector:
         """Where a point is (m)."""
@@ -129,7 +130,7 @@ class Motion:
         if index in self.closure.lines:
             line = self.closure.lines[index]
             return dot(line.along, line.distance)
-        if self._is_implied(index):
+        if self._is_apart(index):
             return dot(self.kinematics.line(index), self.distance(joint.first, joint.second))
         return sp.Symbol(slide_name(index))
 
@@ -141,14 +142,16 @@ class Motion:
         if index in self.closure.lines:
             line = self.closure.lines[index]
             return dot(line.along, line.drift)
-        if self._is_implied(index):
+        if self._is_apart(index):
             carried = self.kinematics.swing(joint.first.link, self.distance(joint.first, joint.second))
             drift = less(self.approach(joint.first, joint.second), carried)
             return dot(self.kinematics.line(index), drift)
         return sp.Symbol(sliding_name(index))
 
-    def _is_implied(self, index: int) -> bool:
-        return any(idle.joint == index for idle in self.kinematics.topology.implied)
+    def _is_apart(self, index: int) -> bool:
+        """Whether no coordinate is its place: it follows from others, or has a shaft."""
+        shafts, name = self.kinematics.mechanism.shafts, self.kinematics.mechanism.joints[index].name
+        return name in shafts or any(idle.joint == index for idle in self.kinematics.topology.implied)
 
     def joint_effort(self, index: int, effort: sp.Expr) -> list[Force | Couple]:
         """A torque (N m) on the joint's second link, or a force (N) along its line; the opposite on its first link."""

@@ -22,6 +22,7 @@ def branch_lines(scene: Scene, topology: Topology) -> list[str]:
     """The branch of each loop at the start."""
     mechanism = scene.mechanism
     closing, idle = ([found.joint for found in joints] for joints in (topology.cuts, topology.implied))
+    closing = [joint for joint in closing if joint not in mechanism.open_gates]
     found = branches(mechanism, scene.start.poses, closing, idle)
     return [branch.text(mechanism) for branch in found]
 

@@ -133,9 +133,10 @@ def _integrals(mechanism: Mechanism) -> tuple[str, ...]:
 def _mobility(mechanism: Mechanism, driven: int) -> str:
     """Grübler's count, which knows nothing of lengths: joints that lose rank make the true number larger."""
     links = len(mechanism.links)
-    slots = sum(joint.kind == "pin-in-slot" for joint in mechanism.joints)
-    others = len(mechanism.joints) - slots
-    count = f"3 x {links} links - 2 x {others} joints"
+    kinds = [joint.kind for k, joint in enumerate(mechanism.joints) if k not in mechanism.open_gates]
+    slots, welds = kinds.count("pin-in-slot"), kinds.count("weld")
+    count = f"3 x {links} links - 2 x {len(kinds) - slots - welds} joints"
+    count += f" - 3 x {welds} weld{'s' * (welds != 1)}" if welds else ""
     count += f" - {slots} pin{'s in slots' if slots > 1 else ' in a slot'}" if slots else ""
     count += f" - {_driven(driven)}" if driven else ""
     meshes = len(mechanism.meshes)
@@ -183,7 +184,8 @@ def _off(scene: Scene) -> tuple[str, ...]:
 
 def _freedom(scene: Scene, topology: Topology, count: int) -> str:
     """Number of quasi-velocities less the rank of the closure at the start, and less what drives prescribe."""
-    rows, driven, integrals = len(topology.rows), len(scene.driven), len(scene.mechanism.integrators)
+    off = sum(len(cut.rows) for cut in topology.cuts if cut.joint in scene.mechanism.open_gates)
+    rows, driven, integrals = len(topology.rows) - off, len(scene.driven), len(scene.mechanism.integrators)
     less = f" - {integrals} integral{'s' * (integrals != 1)}" if integrals else ""
     if not rows:
         text = f" - {_driven(driven)}" if driven else ""

@@ -152,6 +152,10 @@ class Effect:
         """Joints that it resists by smoothed dry friction."""
         return ()
 
+    def at_joints(self) -> tuple[int, ...]:
+        """Joints (indices) between whose links it acts: where one of them lets go it is gone there."""
+        return ()
+
     def driven(self) -> tuple[int, ...]:
         """Joints (indices) whose motion the effect prescribes."""
         return ()

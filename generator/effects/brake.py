@@ -79,6 +79,9 @@ class Brake(Effect):
     last: Parameter | None
     key: str = field(default="", compare=False)
 
+    def at_joints(self) -> tuple[int, ...]:
+        return (self.joint,)
+
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.effort, self.rate, self.first, self.last)
 

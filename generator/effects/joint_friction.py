@@ -80,6 +80,9 @@ class JointFriction(Effect):
     breakaway: Parameter | None = None
     stribeck: Parameter | None = None
 
+    def at_joints(self) -> tuple[int, ...]:
+        return self.joints
+
     def parameters(self) -> tuple[Parameter, ...]:
         given = (self.viscous, self.dry, self.rate, self.breakaway, self.stribeck)
         return tuple(p for p in given if p is not None)

@@ -262,6 +262,9 @@ class Motor(Effect):
     drive: Given | Rows | Servo
     slides: bool = field(default=False, compare=False)
 
+    def at_joints(self) -> tuple[int, ...]:
+        return (self.joint,)
+
     def parameters(self) -> tuple[Parameter, ...]:
         return self.drive.parameters()
 

@@ -76,6 +76,9 @@ class Stop(Effect):
         if not 0.0 <= self.restitution.value <= 1.0:
             raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
 
+    def at_joints(self) -> tuple[int, ...]:
+        return (self.place,)
+
     def parameters(self) -> tuple[Parameter, ...]:
         return (*(limit.parameter for limit in self.limits if limit.parameter), self.restitution)
 

@@ -81,12 +81,14 @@ class Kernel:
 @dataclass(frozen=True)
 class ContactName:
     """A contact as a scene calls it: the point (of a stop: the joint), and what it touches; ``angular`` is a stop, and
-    ``slides`` one of a joint that slides."""
+    ``slides`` one of a joint that slides. It is there while one of ``whiles`` is so: parameters, each with whether it
+    is 1 or 0 then."""
 
     point: str
     ground: str
     angular: bool
     slides: bool
+    whiles: tuple[tuple[tuple[str, bool], ...], ...] = ((),)
 
 
 @dataclass(frozen=True)

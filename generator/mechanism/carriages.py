@@ -49,8 +49,11 @@ def loose_parts(mechanism: Mechanism) -> list[frozenset[int]]:
     return [] if len(found) < 2 else [group for group in found if GROUND not in group]
 
 
-def with_carriages(mechanism: Mechanism) -> tuple[Mechanism, tuple[Carriage, ...], tuple[int, ...]]:
-    """The mechanism with a carriage for each group of links that nothing places, and the link that each carries.
+def with_carriages(
+    mechanism: Mechanism, groups: Sequence[frozenset[int]] | None = None
+) -> tuple[Mechanism, tuple[Carriage, ...], tuple[int, ...]]:
+    """The mechanism with a carriage for each of the ``groups`` of links, those that nothing places unless given, and
+    the link that each carries.
 
     A carriage is called as the first link of its group, with ``_carriage``, and its joints with ``_x`` and ``_y``; the
     origin of the ground is where they slide from.
@@ -58,7 +61,7 @@ def with_carriages(mechanism: Mechanism) -> tuple[Mechanism, tuple[Carriage, ...
     links, joints, ground = list(mechanism.links), list(mechanism.joints), dict(mechanism.ground_points)
     carriages: list[Carriage] = []
     carried: list[int] = []
-    for group in loose_parts(mechanism):
+    for group in loose_parts(mechanism) if groups is None else groups:
         link = min(group)
         body = links[link]
         point = PointRef(link, next(iter(body.points)))

@@ -51,13 +51,15 @@ class Implied:
 
 def implied(mechanism: Mechanism, driven: Collection[int] = (), tolerance: float = SAME) -> tuple[Implied, ...]:
     """The joints that others imply, one left of each class: ``driven`` ones, racks, prismatic ones, pins, slots.
+    Those that let go or take hold imply none, and none implies them.
 
     Cost grows with the number of joints times the number on one pin.
     """
     finder = _Finder(mechanism, tolerance)
     driven = {*driven, *(joint for mesh in mechanism.meshes for joint in mesh.slides)}
     order = {"prismatic": 0, "revolute": 1, "pin-in-slot": 2}
-    joints = sorted(range(len(mechanism.joints)), key=lambda k: (k not in driven, order[mechanism.joints[k].kind], k))
+    lasting = (k for k, joint in enumerate(mechanism.joints) if k not in mechanism.gates and joint.kind != "weld")
+    joints = sorted(lasting, key=lambda k: (k not in driven, order[mechanism.joints[k].kind], k))
     return tuple(sorted(filter(None, map(finder.judge, joints)), key=lambda found: found.joint))
 
 

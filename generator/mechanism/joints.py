@@ -7,7 +7,7 @@ from typing import Literal
 
 from .links import GROUND, Parameter
 
-Kind = Literal["revolute", "prismatic", "pin-in-slot"]
+Kind = Literal["revolute", "prismatic", "pin-in-slot", "weld"]
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Joint:
     ``revolute``: the points coincide. ``pin-in-slot``: the second point slides along a line that is fixed in the first
     link, passes through the first point and points in the direction ``axis`` (rad, in the first link's frame).
     ``prismatic``: the same, and the second link's frame keeps the angle ``angle`` (rad) against the first one's.
+    ``weld``: the points coincide, and it keeps that angle; only one that lets go or takes hold is a joint.
     ``None`` stands for a direction or angle of exactly zero.
 
     When the joint is cut to open a loop, closure is (second point) − (first point), across the line if it slides, and
@@ -51,12 +52,12 @@ class Joint:
     @property
     def slides(self) -> bool:
         """Whether the second point moves along a line of the first link."""
-        return self.kind != "revolute"
+        return self.kind in ("prismatic", "pin-in-slot")
 
     @property
     def turns(self) -> bool:
         """Whether the links turn against each other."""
-        return self.kind != "prismatic"
+        return self.kind in ("revolute", "pin-in-slot")
 
     @property
     def later(self) -> PointRef:

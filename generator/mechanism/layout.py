@@ -193,7 +193,7 @@ def lay_out(mechanism: Mechanism, tree: frozenset[int] | None = None, driven: Co
 class _Drawing:
     def __init__(self, mechanism: Mechanism, tree: frozenset[int] | None, driven: Collection[int]) -> None:
         self.mechanism, self.count = mechanism, len(mechanism.links)
-        idle = {found.joint for found in implied(mechanism, driven)}
+        idle = {found.joint for found in implied(mechanism, driven)} | mechanism.open_gates
         self.joints = {index: joint for index, joint in enumerate(mechanism.joints) if index not in idle}
         self.usable = [index for index in self.joints if tree is None or index in tree]
         sliding = [(index, joint) for index, joint in self.joints.items() if joint.slides]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .joints import Joint, PointRef
 from .links import GROUND, Corner, Link, Parameter, Point
@@ -26,8 +26,11 @@ class Mechanism:
     ``welded`` names links of the scene that have become part of another (its index, or ``GROUND``): point ``P`` of such
     a link ``arm`` is that one's point ``arm_P``. ``welds`` names the joints of the scene that made them so.
     ``meshes`` are those of the effects, which compare them and have their parameters.
+    ``shafts`` has, by the names of driven joints, those of welds that let go in their place: their first links drive
+    shafts without mass.
     ``open`` are joints of the scene that do not hold at present, which places can be named by all the same; ``aids``
-    names joints that only place bodies which no joint of the scene holds.
+    names joints that only place bodies which no joint of the scene holds. ``gates`` are, by joints that let go or take
+    hold (their indices), the parameters that are 1 while they hold and 0 while they are open.
     ``integrators`` are links of no scene, behind all others, whose rates are integrals that effects ask for.
     ``outlines`` has what is drawn of links, by their names, where that is not all their points. ``corners`` has the
     points that a scene names as a link's outline, ``link.point`` each, by the link's name there.
@@ -43,6 +46,8 @@ class Mechanism:
     meshes: tuple[Mesh, ...] = field(default=(), compare=False)
     open: tuple[Joint, ...] = field(default=(), compare=False)
     aids: tuple[str, ...] = field(default=(), compare=False)
+    shafts: Mapping[str, str] = field(default_factory=dict)
+    gates: Mapping[int, Parameter] = field(default_factory=dict)
     integrators: tuple[Integrator, ...] = field(default=(), compare=False)
     outlines: Mapping[str, tuple[Corner, ...]] = field(default_factory=dict, compare=False)
     corners: Mapping[str, tuple[str, ...]] = field(default_factory=dict, compare=False)
@@ -68,25 +73,45 @@ class Mechanism:
 
     @property
     def own_links(self) -> int:
-        """How many links the scene has: they come first, then those that place bodies, then those that integrate."""
-        return len(self.links) - len(self.aids) // 2 - len(self.integrators)
+        """How many links the scene has: they come first, then shafts, those that place bodies, and those that
+        integrate."""
+        return len(self.links) - len(self.shafts) - len(self.aids) // 2 - len(self.integrators)
 
     @property
     def hidden_joints(self) -> frozenset[str]:
-        """Joints of no scene: those that place bodies, and the hinges of what integrates."""
-        return frozenset((*self.aids, *(one.joint for one in self.integrators)))
+        """Joints of no scene: those of shafts, those that place bodies, and the hinges of what integrates."""
+        return frozenset((*self.shafts.values(), *self.aids, *(one.joint for one in self.integrators)))
+
+    def as_named(self, index: int) -> Joint:
+        """A joint between the links that a scene names: where a shaft is, up to what is welded to that."""
+        joint = self.joints[index]
+        weld = next((one for one in self.joints if one.name == self.shafts.get(joint.name)), None)
+        return replace(joint, second=weld.second) if weld else joint
+
+    @property
+    def open_gates(self) -> frozenset[int]:
+        """Joints (their indices) that let go or take hold and are open at the start."""
+        return frozenset(k for k, gate in self.gates.items() if not gate.value)
+
+    @property
+    def gates_at(self) -> Mapping[int, Parameter]:
+        """The gates of joints (their indices) as effects at them go: those of shafts too."""
+        numbers = {joint.name: k for k, joint in enumerate(self.joints)}
+        return dict(self.gates) | {numbers[name]: self.gates[numbers[weld]] for name, weld in self.shafts.items()}
 
     def link_name(self, link: int) -> str:
         return "ground" if link == GROUND else self.links[link].name
 
     def freedoms(self, driven: int = 0) -> int:
         """Degrees of freedom by Grübler's count, with so many ``driven`` joints: it knows nothing of lengths."""
-        slots = sum(joint.kind == "pin-in-slot" for joint in self.joints)
-        return 3 * len(self.links) - 2 * len(self.joints) + slots - driven - len(self.meshes)
+        kinds = [joint.kind for k, joint in enumerate(self.joints) if k not in self.open_gates]
+        slots, welds = kinds.count("pin-in-slot"), kinds.count("weld")
+        return 3 * len(self.links) - 2 * len(kinds) + slots - welds - driven - len(self.meshes)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of all links, then of the ground's points, then of the joints, each once."""
+        """Parameters of all links, then of the ground's points, then of the joints, each once, and the gates."""
         found = [p for link in self.links for p in link.parameters()]
         found += [p for point in self.ground_points.values() for p in point.parameters()]
         found += [p for joint in self.joints for p in joint.parameters()]
+        found += self.gates.values()
         return tuple(dict.fromkeys(found))

@@ -89,7 +89,11 @@ class JointEquations:
         arms = [abs(self.local(end)) for joint in mechanism.joints for end in (joint.first, joint.second)]
         self.size = max(arms, default=0.0) or 1.0
         self.count = poses.size
-        sizes = [1 if joint.kind == "pin-in-slot" else 2 for joint in mechanism.joints] + [1] * len(mechanism.meshes)
+        counts = {"pin-in-slot": 1, "weld": 3}
+        sizes = [
+            counts.get(joint.kind, 2) * (k not in mechanism.open_gates) for k, joint in enumerate(mechanism.joints)
+        ]
+        sizes += [1] * len(mechanism.meshes)
         self.begun = poses.copy()
         ends = np.cumsum([0, *sizes])
         self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
@@ -102,16 +106,17 @@ class JointEquations:
         """Second point less first point of every pin; across its line, and a held angle, where a joint slides."""
         rows, found = poses.tolist(), np.zeros(self.height)
         for at, joint in zip(self.rows, self.mechanism.joints, strict=False):
-            gap = (place(self.mechanism, rows, joint.second) - place(self.mechanism, rows, joint.first)) / self.size
-            if not joint.slides:
-                found[at] = gap.real, gap.imag
+            if at.start == at.stop:
                 continue
-            across = 1j * self._along(joint, poses)
-            found[at.start] = (gap * across.conjugate()).real
+            gap = (place(self.mechanism, rows, joint.second) - place(self.mechanism, rows, joint.first)) / self.size
+            if joint.slides:
+                found[at.start] = (gap * (1j * self._along(joint, poses)).conjugate()).real
+            else:
+                found[at.start : at.start + 2] = gap.real, gap.imag
             if not joint.turns:
                 angle = joint.angle.value if joint.angle else 0.0
                 turned = self._angle(joint.second, poses) - self._angle(joint.first, poses) - angle
-                found[at.start + 1] = np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi
+                found[at.stop - 1] = np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi
         for at, mesh in zip(self.rows[len(self.mechanism.joints) :], self.mechanism.meshes, strict=True):
             passed = [lever * (poses - self.begun)[k, 2] for k, lever in mesh.levers().items() if k != GROUND]
             for index, sign in mesh.lengths().items():
@@ -126,20 +131,20 @@ class JointEquations:
         for at, joint in zip(self.rows, self.mechanism.joints, strict=False):
             gap = place(self.mechanism, places, joint.second) - place(self.mechanism, places, joint.first)
             for ref, sign in ((joint.first, -1.0), (joint.second, 1.0)):
-                if ref.link == GROUND:
+                if ref.link == GROUND or at.start == at.stop:
                     continue
                 turned = 1j * self.local(ref) * np.exp(1j * poses[ref.link, 2]) / self.size
                 if joint.slides and sign < 0.0:
                     turned += 1j * gap / self.size  # the line turns with the first link
                 block = np.array([[1.0, 0.0, turned.real], [0.0, 1.0, turned.imag]])
                 columns = slice(3 * ref.link, 3 * ref.link + 3)
-                if not joint.slides:
-                    found[at, columns] = sign * block
-                    continue
-                across = 1j * self._along(joint, poses)
-                found[at.start, columns] = sign * (np.array([across.real, across.imag]) @ block)
+                if joint.slides:
+                    across = 1j * self._along(joint, poses)
+                    found[at.start, columns] = sign * (np.array([across.real, across.imag]) @ block)
+                else:
+                    found[at.start : at.start + 2, columns] = sign * block
                 if not joint.turns:
-                    found[at.start + 1, columns] = (0.0, 0.0, sign)
+                    found[at.stop - 1, columns] = (0.0, 0.0, sign)
         for at, mesh in zip(self.rows[len(self.mechanism.joints) :], self.mechanism.meshes, strict=True):
             for link, lever in mesh.levers().items():
                 if link != GROUND:
@@ -186,7 +191,7 @@ class JointEquations:
         """Joints that a self-stress connects, each group with the number of its own stresses."""
         joints = len(self.rows)
         shares = stresses @ stresses.T
-        linked = np.array([[np.abs(shares[a, b]).max() > _CARRIES for b in self.rows] for a in self.rows])
+        linked = np.array([[np.abs(shares[a, b]).max(initial=0.0) > _CARRIES for b in self.rows] for a in self.rows])
         left = [joint for joint in range(joints) if linked[joint, joint]]
         found = []
         while left:

@@ -9,6 +9,7 @@ others; pins in slots come last, because cut open they cost one closure row and 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ import networkx as nx
 
 from .implied import Implied, implied
 from .joints import Joint, Kind, PointRef
-from .links import GROUND
+from .links import GROUND, Parameter
 from .mechanism import Mechanism
 from .meshes import Mesh
 
@@ -39,12 +40,12 @@ class Branch:
 
     @property
     def slides(self) -> bool:
-        return self.kind != "revolute"
+        return self.kind in ("prismatic", "pin-in-slot")
 
     @property
     def follows(self) -> bool:
         """Whether the link turns as its parent does and has no angle of its own."""
-        return self.kind == "prismatic"
+        return self.kind in ("prismatic", "weld")
 
     @property
     def owner(self) -> int:
@@ -57,7 +58,8 @@ class Cut:
     """A joint left out of the tree: its two sides, and the link ``meeting`` where their branches meet.
 
     ``rank`` enters the order of multipliers alone, so that those of segments have the same order in each; it is 0 for
-    all but joints between segments.
+    all but joints between segments. ``gate`` is the parameter that is 1 while the joint holds and 0 while it is open,
+    of one that lets go or takes hold; ``arm`` (m) is what an angle that it holds is multiplied by to be a length.
     """
 
     joint: int
@@ -66,13 +68,25 @@ class Cut:
     meeting: int
     kind: Kind = "revolute"
     rank: int = 0
+    gate: Parameter | None = None
+    arm: float = 1.0
+
+    @property
+    def turns_alike(self) -> bool:
+        """Whether it holds an angle that the tree does not: what a prismatic joint with a gate does, and a weld."""
+        return self.kind in ("prismatic", "weld") and self.gate is not None
 
     @property
     def rows(self) -> tuple[str, ...]:
         """Directions of the closure rows: ``x`` and ``y`` of the fixed frame, or ``n`` across the line of a joint that
-        slides. A prismatic joint that is cut closes a ring of such joints, whose links turn alike: nothing is left to
-        close about their angles."""
-        return ("x", "y") if self.kind == "revolute" else ("n",)
+        slides, and ``a`` of an angle that it holds. A prismatic joint that is cut closes a ring of such joints, whose
+        links turn alike, unless it has a gate: nothing is left to close about their angles."""
+        way = ("n",) if self.slides else ("x", "y")
+        return (*way, "a") if self.turns_alike else way
+
+    @property
+    def slides(self) -> bool:
+        return self.kind in ("prismatic", "pin-in-slot")
 
 
 @dataclass(frozen=True)
@@ -171,13 +185,14 @@ class Topology:
 
 
 def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
-    """Spanning tree of short branches and the joints it leaves cut; ``driven`` joints come into the tree first.
+    """Spanning tree of short branches and the joints it leaves cut; ``driven`` joints come into the tree first, and
+    those that let go or take hold never.
 
     Raises ``ValueError`` naming the links that no chain of joints connects with the rest (with the ground, if any joint
     is on it).
     """
     idle = implied(mechanism, driven)
-    held = {found.joint for found in idle}
+    held = {found.joint for found in idle} | {*mechanism.gates}
     usable = [index for index in range(len(mechanism.joints)) if index not in held]
     graph = nx.MultiGraph()
     graph.add_nodes_from(range(len(mechanism.links)))
@@ -214,9 +229,17 @@ def hang(mechanism: Mechanism, root: int, kept: Collection[int], idle: tuple[Imp
         if index not in out and joint.first.link in reached and joint.second.link in reached:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
-            cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
+            gate = mechanism.gates.get(index)
+            arm = _longest_arm(mechanism) if gate else 1.0
+            cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind, gate=gate, arm=arm))
     meshes = [_mesh_row(mechanism, tree, number) for number in range(len(mechanism.meshes))] if branches else []
     return Topology(tree.root, tree.branches, tuple(cuts), tree.implied, tuple(meshes))
+
+
+def _longest_arm(mechanism: Mechanism) -> float:
+    """About how long (m) the longest arm of a link is, as a power of two: a product with it has no rounding."""
+    size = max((math.hypot(*point.values()) for link in mechanism.links for point in link.points.values()), default=0.0)
+    return 2.0 ** round(math.log2(size)) if size else 1.0
 
 
 def _mesh_row(mechanism: Mechanism, tree: Topology, number: int) -> MeshRow:
@@ -275,7 +298,7 @@ def _keep(mechanism: Mechanism, usable: Iterable[int], grown: tuple[Branch, ...]
 
 
 def _rank(mechanism: Mechanism, joint: Joint) -> int:
-    if joint.kind == "prismatic":
+    if not joint.turns:
         return 0
     if joint.kind == "pin-in-slot":
         return 3

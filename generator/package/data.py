@@ -7,14 +7,12 @@ from collections.abc import Collection, Iterable, Sequence
 import sympy as sp
 
 from ..effect_base.effect import Effect, Rim
-from ..equations.equations import Equations
+from ..equations.equations import ContactName, Equations
 from ..equations.names import State, sliding_name
-from ..mechanism.joints import Joint
 from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
-from ..scene.scene import ON, Scene
+from ..scene.scene import HELD, ON, Scene
 from .parameter_data import data_over_time, parameter_data, resting_data
 from .schema import ModelData
 from .start_data import coordinates, start_data
@@ -49,7 +47,9 @@ def model_data(
         "precision": precision,
         "links": [link.name for link in mechanism.links],
         "joints": [joint.name for joint in mechanism.joints],
-        "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
+        "between": [
+            [joint.first.link, joint.second.link] for joint in map(mechanism.as_named, range(len(mechanism.joints)))
+        ],
         "sides": list(topology.sides(len(mechanism.joints))),
         "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
         "rows": [*_rows(mechanism, topology), *(f"{row.mesh.name}.mesh" for row in topology.meshes)],
@@ -74,6 +74,7 @@ def model_data(
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "slide_ends": [contact.ground for contact in equations.contacts if contact.slides],
+        "whiles": _whiles(equations.contacts),
         "gates": _gates(scene),
         "grounds": _planes(scene),
         "law": scene.run.law,
@@ -90,6 +91,7 @@ def model_data(
         "output_links": {output.name: output.link for output in equations.outputs if output.link},
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
+        "shafts": list(mechanism.shafts.values()),
         "integrators": [vars(one) for one in mechanism.integrators],
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
@@ -120,77 +122,61 @@ def event_data(scene: Scene) -> Json:
 
 def _gates(scene: Scene) -> list[Json]:
     """What each gate switches."""
-    effects = scene.effects
-    of_contacts = [gate for effect, gate in zip(effects, scene.gates, strict=False) for _ in effect.gaps(_unnamed)]
     return [
         {
             "effect": gate.path.removesuffix(ON),
             "parameter": gate.path,
-            "contacts": [number for number, one in enumerate(of_contacts) if one == gate],
             "latches": [name for name, _ in effect.latches()],
         }
-        for effect, gate in zip(effects, scene.gates, strict=False)
+        for effect, gate in zip(scene.effects, scene.gates, strict=False)
         if gate
     ]
 
 
-def _unnamed(_: str, expression: sp.Expr) -> sp.Expr:
-    return expression
+def _whiles(contacts: Sequence[ContactName]) -> list[Json]:
+    """The contacts that are not always there."""
+    every = [[dict(each) for each in contact.whiles] for contact in contacts]
+    return [{"contact": number, "whiles": whiles} for number, whiles in enumerate(every) if {} not in whiles]
 
 
 def _where_on(scene: Scene, effects: Iterable[int]) -> Json:
     """The gates one of which is 1 where something of these effects is there; nothing where it always is."""
-    gates = [scene.gate(effect) for effect in effects]
+    gates = [scene.gate(effect) or _gate_of_joint(scene, effect) for effect in effects]
     return {"on": [gate.path for gate in gates if gate]} if all(gates) else {}
 
 
-def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
-    """What changes in a scene, with package and hash of the ``models`` of its structures, the start's first; nothing
-    where nothing does."""
+def _gate_of_joint(scene: Scene, effect: int) -> Parameter | None:
+    """The gate of the joint at which an effect is, if it is at one that lets go or takes hold."""
+    joints = scene.effects[effect].at_joints()
+    return scene.mechanism.gates_at.get(joints[0]) if len(joints) == 1 else None
+
+
+def switching_data(scene: Scene) -> Json:
+    """What changes in a scene; nothing where nothing does."""
     if not scene.changes:
         return {}
     mechanism = scene.mechanism
-    every = [joint for joint in (*mechanism.joints, *mechanism.open) if joint.name not in mechanism.hidden_joints]
-    structures = [(tuple(joint.name for joint in mechanism.open), scene)]
-    structures += [(one.open, one.scene) for one in scene.structures]
-    changing = {change.joint for change in scene.changes}
     data: Json = {
-        "joints": [joint.name for joint in every],
-        "links": [link.name for link in mechanism.links[: mechanism.own_links]],
-        "ends": {joint.name: _ends(mechanism, joint) for joint in every if joint.name in changing},
+        "ends": {gate.path.removesuffix(HELD): _ends(scene, k) for k, gate in mechanism.gates.items()},
         "changes": [
             vars(change)
             | {"watch": None if change.watch is None else vars(change.watch) | {"names": [*change.watch.names]}}
             for change in scene.changes
         ],
-        "structures": [
-            {
-                "open": list(opened),
-                "model": one.name,
-                "package": package,
-                "hash": hash_,
-                "aids": list(one.mechanism.aids),
-            }
-            for (opened, one), (package, hash_) in zip(structures, models, strict=True)
-        ],
-        "meshes": {mesh.name: [_mesh_term(mechanism, term) for term in mesh.terms] for mesh in mechanism.meshes},
     }
     return {"switching": data}
 
 
-def _mesh_term(mechanism: Mechanism, term: MeshTerm) -> Json:
-    return {
-        "sign": term.sign,
-        "radius": term.radius.path if term.radius else None,
-        "links": [term.first, term.second],
-        "slide": None if term.slide is None else mechanism.joints[term.slide].name,
-    }
-
-
-def _ends(mechanism: Mechanism, joint: Joint) -> Json:
+def _ends(scene: Scene, number: int) -> Json:
     """A joint that changes."""
+    mechanism, gate = scene.mechanism, scene.mechanism.gates[number].path
+    joint = mechanism.joints[number]
     ends = (joint.first, joint.second)
+    gates = mechanism.gates_at
+    at = [one for one in scene.effects if any(gates.get(joint) == gates[number] for joint in one.at_joints())]
     return {
+        "gate": gate,
+        "latches": [name for effect in at for name, _ in effect.latches()],
         "kind": joint.kind,
         "links": [end.link for end in ends],
         "points": [_point(mechanism.point(end)) for end in ends],
@@ -306,7 +292,7 @@ def _lines(mechanism: Mechanism) -> dict[str, Json]:
             "axis": _coordinate(joint.axis),
             "angle": None if joint.turns else _coordinate(joint.angle),
         }
-        for joint in mechanism.joints
+        for joint in map(mechanism.as_named, range(len(mechanism.joints)))
         if joint.slides
     }
 

@@ -201,7 +201,9 @@ class RunData(Data):
 class EndsData(Data):
     """A joint that lets go or takes hold."""
 
-    kind: Literal["revolute", "prismatic", "pin-in-slot"] = entry("what it is")
+    gate: str = entry("the parameter that is 1 while it holds and 0 while it is open")
+    latches: list[str] = entry("names of the values that effects at it hold", default=[])
+    kind: Literal["revolute", "prismatic", "pin-in-slot", "weld"] = entry("what it is")
     links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry("the two links; -1: the ground", "[2]")
     points: Annotated[list[Place], Field(min_length=2, max_length=2)] = entry(
         "the point of each, in its frame", "[2][2]", "m"
@@ -232,36 +234,11 @@ class ChangeData(Data):
     within: float | None = entry("how far its points may be apart; null: a millionth of the length", unit="m")
 
 
-class StructureData(Data):
-    """What the mechanism is while some joints are open."""
-
-    open: list[str] = entry("those joints")
-    model: str = entry("the name of its model")
-    package: str = entry("the folder of its model, beside this one")
-    hash: str = entry("the hash of that model's scene")
-    aids: list[str] = entry("joints that only place bodies which no joint holds")
-
-
-class MeshTermData(Data):
-    """What a mesh asks of two links' angle, or of a sliding joint's length."""
-
-    sign: Literal[-1, 1] = entry("with which sign it is in the mesh")
-    radius: str | None = entry("the parameter that is the wheel's radius; null where a joint slides")
-    links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry(
-        "the second turns against the first; -1: the ground", "[2]"
-    )
-    slide: str | None = entry("the joint that slides; null where a wheel turns")
-
-
 class SwitchingData(Data):
-    """Joints that let go and take hold, and the models of what the mechanism is then."""
+    """Joints that let go and take hold."""
 
-    joints: list[str] = entry("all joints of the scene, in its order")
-    links: list[str] = entry("all links of the scene")
     ends: dict[str, EndsData] = entry("the joints that change, by name")
     changes: list[ChangeData] = entry("when they do")
-    structures: list[StructureData] = entry("all structures, the one at the start first")
-    meshes: dict[str, list[MeshTermData]] = entry("the terms of gears, racks and belts, by name", default={})
 
 
 class EventData(Data):
@@ -278,12 +255,18 @@ class EventData(Data):
     off: list[str] = entry("effects that do not")
 
 
+class WhilesData(Data):
+    """A contact that is there while one of ``whiles`` is so: parameters, each with whether it is 1 or 0 then."""
+
+    contact: int = entry("its number")
+    whiles: list[dict[str, bool]] = entry("the parameters, by their paths")
+
+
 class GateData(Data):
     """An effect that events switch on and off."""
 
     effect: str = entry("its name")
     parameter: str = entry("the parameter that is 1 while it acts and 0 while it is off")
-    contacts: list[int] = entry("the numbers of its contacts", "[...]")
     latches: list[str] = entry("names of the values that it holds")
 
 
@@ -339,6 +322,9 @@ class ModelData(Data):
     contacts: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "each contact's point and what it touches", "[contacts][2]"
     )
+    whiles: list[WhilesData] = Field(
+        default=[], description="contacts that are not always there; left out where there are none"
+    )
     stops: list[str] = entry("the grounds of those contacts that limit an angle")
     slide_ends: list[str] = entry("the grounds of those that limit the way along a joint's line", default=[])
     grounds: list[PlaneData] = entry("half-planes to be drawn, and from which heights are measured")
@@ -365,6 +351,7 @@ class ModelData(Data):
     aids: list[str] = entry(
         "joints that only place links which no joint of the scene holds; left out where there are none", default=[]
     )
+    shafts: list[str] = entry("welds of no scene that let go in the place of driven joints", default=[])
     integrators: list[IntegratorData] = entry("integrals over time; left out where there are none", default=[])
     ground_names: list[str] = entry("names of the ground's points")
     ground_points: list[Place] = entry("where they are", "[...][2]", "m")

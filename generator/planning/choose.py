@@ -218,7 +218,8 @@ class _Order:
 
     def _loops(self, link: int, pattern: Pattern) -> list[Pivot]:
         cuts = self.loops.get(link, [])
-        return [tuple(multiplier(cut.joint, row, cut.rank) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
+        ordered = _least_fill(cuts, pattern)
+        return [tuple(multiplier(cut.joint, row, cut.rank) for row in rows) for cut in ordered for rows in _blocks(cut)]
 
     def _belongings(self, link: int) -> list[Pivot]:
         """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 4.5)."""
@@ -263,6 +264,11 @@ def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
     """Who shares an entry with whom, the link's own α under its number."""
     own = {ALPHA: turn(link)}
     return {own.get(v, v): {own.get(w, w) for w in near} for v, near in pattern.near.items()}
+
+
+def _blocks(cut: Cut | MeshRow) -> tuple[tuple[str, ...], ...]:
+    """The rows of a joint that go together: two at most."""
+    return tuple(cut.rows[k : k + 2] for k in range(0, len(cut.rows), 2))
 
 
 def _least_fill(cuts: list[Cut | MeshRow], pattern: Pattern) -> list[Cut | MeshRow]:

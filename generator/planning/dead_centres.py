@@ -19,7 +19,8 @@ seldom takes it."""
 
 
 def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple]) -> tuple[int, ...]:
-    """Cut pins whose two links stand across each other where the links are at ``poses`` (x, y, angle of each)."""
+    """Cut pins whose two links stand across each other where the links are at ``poses`` (x, y, angle of each), but
+    those that may be open."""
     inboard = {branch.link: branch.inboard for branch in topology.branches}
 
     def sine(cut: Cut) -> float:
@@ -33,7 +34,8 @@ def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple
         area, size = (arms[0].conjugate() * arms[1]).imag, abs(arms[0]) * abs(arms[1])
         return abs(area) / size if size > 0.0 else 0.0
 
-    return tuple(cut.joint for cut in topology.cuts if cut.kind == "revolute" and sine(cut) > SOUND)
+    lasting = (cut for cut in topology.cuts if cut.kind == "revolute" and cut.gate is None)
+    return tuple(cut.joint for cut in lasting if sine(cut) > SOUND)
 
 
 def lasting_dyads(mechanism: Mechanism, topology: Topology, samples: Sequence[Sequence[Triple]]) -> tuple[int, ...]:

@@ -184,7 +184,9 @@ class Sweep:
             pattern.near.setdefault(v, set())
             if link == GROUND:
                 continue
-            if row == "n":
+            if row == "a":
+                pattern.add(ALPHA, v, sign)
+            elif row == "n":
                 pattern.add(A_X, v, GENERAL)
                 pattern.add(A_Y, v, GENERAL)
                 pattern.add(ALPHA, v, GENERAL)

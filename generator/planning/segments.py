@@ -49,7 +49,7 @@ def in_segments(
     no loop has a row that is long enough on both sides of its cut pin.
     """
     search = _Search(mechanism, topology, driven)
-    found = [one for cut in topology.cuts for one in search.rows(cut)]
+    found = [one for cut in topology.cuts if cut.gate is None for one in search.rows(cut)]
     if not found:
         return None
     row, recut_ = max(found, key=lambda one: len(one[0]))

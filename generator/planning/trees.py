@@ -44,9 +44,9 @@ def other_tree(mechanism: Mechanism, topology: Topology, driven: Collection[int]
     From a tree, the joints of one loop after another are tried as its cut, and the root moves to a neighbour, as long
     as that gains. The first start is ``topology``; then, for floating mechanisms, the tree of short branches from each
     link, as far as :data:`WORK` allows. Only pins are exchanged, and none that is driven. Where a link is without mass
-    or inertia the tree stays: what resists its turning depends on the tree.
+    or inertia the tree stays: what resists its turning depends on the tree; and where joints let go.
     """
-    if any(link.mass is None or link.inertia is None for link in mechanism.links):
+    if mechanism.gates or any(link.mass is None or link.inertia is None for link in mechanism.links):
         return topology
     search = _Search(mechanism, topology, driven)
     first = best = _Tree(topology.root, frozenset(branch.joint for branch in topology.branches))

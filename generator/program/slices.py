@@ -11,15 +11,23 @@ from ..equations.equations import Assignment, Block, Equations
 
 
 class Slicer:
-    """Cuts blocks out of equations. What depends on parameters alone is constant, and no part of a slice."""
+    """Cuts blocks out of equations. What depends on parameters alone is constant, and no part of a slice.
+
+    What divides by something that a gate changes is not: where joints meet at one place that is zero while they hold,
+    and is looked at by a guard, whereas constants have to be finite.
+    """
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self.constant = {sp.Symbol(p.symbol) for p in equations.parameters}
         self.constants: list[Assignment] = []
         self.definitions: dict[sp.Symbol, Assignment] = {}
+        gated = {sp.Symbol(p.symbol) for p in equations.parameters if p.domain.whole}
         for assignment in equations.assignments():
-            if assignment.expression.free_symbols <= self.constant:
+            expression = assignment.expression
+            changed = not gated.isdisjoint(expression.free_symbols)
+            gated |= {assignment.symbol} if changed else set()
+            if expression.free_symbols <= self.constant and not (changed and _divides_by(expression, gated)):
                 self.constant.add(assignment.symbol)
                 self.constants.append(assignment)
             self.definitions[assignment.symbol] = assignment
@@ -45,3 +53,9 @@ class Slicer:
             if kept:
                 found.append(replace(block, assignments=kept))
         return found
+
+
+def _divides_by(expression: sp.Expr, symbols: Collection[sp.Symbol]) -> bool:
+    """Whether one of the symbols is in a denominator."""
+    powers = (one for one in expression.atoms(sp.Pow) if one.exp.is_negative)
+    return any(not one.base.free_symbols.isdisjoint(symbols) for one in powers)

@@ -15,6 +15,7 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import ANY, GROUND, POSITIVE, Domain, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import varied
+from ..mechanism.touching_points import touching_points
 from ..mechanism.uniform_bodies import Mass
 from .around import names_around
 from .errors import Path, Report
@@ -56,23 +57,8 @@ class Bodies:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """What touches a ground unless it says otherwise: joints off the ground, once per pin, and the free ends."""
-        found: list[Contact] = []
-        seen: set[PointRef] = set()
-        for joint in self.mechanism.joints:
-            ends = {joint.first, joint.second}
-            if not joint.on_ground and not joint.slides and not ends & seen:
-                found.append((joint.name, joint.first))
-            seen |= ends
-        for joint in self.mechanism.open:
-            if not joint.on_ground and not joint.slides and joint.first not in seen:
-                found.append((joint.name, joint.first))
-                seen.add(joint.first)
-            ends = {joint.first, joint.second}
-            for end in (joint.first, joint.second):
-                if end.link != GROUND and end not in seen:
-                    found.append((f"{self.mechanism.link_name(end.link)}.{end.point}", end))
-            seen |= ends
+        """What touches a ground unless it says otherwise: the points of :func:`touching_points`, and the free ends."""
+        found = [(one.name, one.ref) for one in touching_points(self.mechanism)]
         own = {name for name, _ in self.free_ends}
         return (*(one for one in found if one[0] not in own), *self.free_ends)
 
@@ -121,13 +107,14 @@ def general(
         return None
     fixed = {key: complex(*xy) for key, xy in (ground.points if ground else {}).items()}
     pairs = [(row, table, pair) for row, (table, pair) in enumerate(zip(joints, ends, strict=True)) if table and pair]
+    lasting = [row for row, table, _ in pairs if table.type == "weld" and not _lets_go(tables, row, table)]
     welds = [
         Weld(row, table.name or f"joint_{row}", *pair, table.angle or 0.0)
         for row, table, pair in pairs
-        if table.type == "weld"
+        if row in lasting
     ]
     merged = merge(bodies, fixed, welds, report)
-    if merged is None or (found := _assemble(merged, pairs, report)) is None:
+    if merged is None or (found := _assemble(merged, pairs, lasting, report)) is None:
         return None
     by_name = {link.name: index for index, link in enumerate(found.mechanism.links)} | dict(merged.names)
     described = [(name, table) for name, table in zip(names, links, strict=True) if table]
@@ -137,6 +124,12 @@ def general(
         mechanism=replace(found.mechanism, corners=corners),
         free=frozenset(by_name[name] for name, table in described if table.free),
     )
+
+
+def _lets_go(tables: Mapping[str, Any], row: int, table: JointTable) -> bool:
+    """Whether a table names the joint as one that lets go or takes hold: a weld is a joint then."""
+    every = [one for key in ("release", "hold") for one in tables.get(key, ()) if isinstance(one, Mapping)]
+    return any(one.get("joint") == (table.name or f"joint_{row}") for one in every)
 
 
 def _named_corners(name: str, table: LinkTable) -> tuple[str, ...]:
@@ -149,15 +142,19 @@ def _named_corners(name: str, table: LinkTable) -> tuple[str, ...]:
 
 
 def _assemble(
-    merged: Welded, pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]], report: Report
+    merged: Welded,
+    pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]],
+    welds: Collection[int],
+    report: Report,
 ) -> Bodies | None:
-    """Records of the bodies that welding has left, and of the joints between them; ``None`` after faults."""
+    """Records of the bodies that ``welds``, rows of joints, have left, and of the joints between them; ``None`` after
+    faults."""
     built = tuple(_link(index, body) for index, body in enumerate(merged.bodies))
     places = {key: _place(f"ground.points.{key}", f"l_g_{key}", z) for key, z in merged.ground.items()}
     records: list[Joint] = []
     rows: list[int] = []
     for row, table, pair in pairs:
-        if table.type == "weld":
+        if row in welds:
             continue
         first, second = (merged.refs.get(ref, ref) for ref in pair)
         if first.link == second.link:
@@ -166,14 +163,14 @@ def _assemble(
             continue
         records.append(_joint(row, len(records), table, first, second))
         rows.append(row)
-    if len(records) < sum(table.type != "weld" for _, table, _ in pairs):
+    if len(records) < len(pairs) - len(welds):
         return None
     outlines = {
         body.name: tuple(corner if isinstance(corner, str) else (corner.real, corner.imag) for corner in body.outline)
         for body in merged.bodies
         if body.outline is not None
     }
-    mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs), outlines=outlines)
+    mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs, welds), outlines=outlines)
     if kept := varied(mechanism):
         built = tuple(_link(index, body, kept) for index, body in enumerate(merged.bodies))
         mechanism = replace(mechanism, links=built)
@@ -184,14 +181,19 @@ def _assemble(
     return bodies if _check_apart(bodies, report) and fine else None
 
 
-def _welds(pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]]) -> tuple[str, ...]:
-    return tuple(table.name or f"joint_{row}" for row, table, _ in pairs if table.type == "weld")
+def _welds(
+    pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]], welds: Collection[int]
+) -> tuple[str, ...]:
+    return tuple(table.name or f"joint_{row}" for row, table, _ in pairs if row in welds)
 
 
 def _joint(row: int, index: int, table: JointTable, first: PointRef, second: PointRef) -> Joint:
     name = table.name or f"joint_{row}"
-    if table.type == "revolute" or table.type == "weld":  # noqa: PLR1714 (narrows the type)
+    if table.type == "revolute":
         return Joint(name, first, second)
+    if table.type == "weld":
+        angle = coordinate(f"{name}.angle", f"phi_{index}", table.angle or 0.0)
+        return Joint(name, first, second, "weld", angle=angle)
     axis = math.atan2(table.axis[1], table.axis[0]) if isinstance(table.axis, list) else table.axis or 0.0
     return Joint(
         name,

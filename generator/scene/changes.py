@@ -1,8 +1,8 @@
-"""Joints that let go and take hold while a mechanism moves, and the structures that a scene can come to."""
+"""Joints that let go and take hold while a mechanism moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -16,8 +16,6 @@ from .change_tables import HoldTable, ReleaseTable, WhenTable
 from .errors import Path, Report
 from .schema import StartTable
 
-MOST_CHANGING = 4
-"""Joints that change: each doubles the number of structures, and each structure is a model of its own."""
 GO_ALONG = ("motor", "drive", "stop", "joint_friction", "brake")
 """Effects at a joint that are absent while it is open, and take no energy along."""
 UNITS = {"angle": "rad", "direction": "rad", "slide": "m", "height": "m", "distance": "m"}
@@ -52,6 +50,11 @@ class Change:
     impulse: float | None = None
     within: float | None = None
 
+    @property
+    def meets(self) -> bool:
+        """Whether it comes where the points of the joint meet."""
+        return self.kind == "hold" and self.at is None and self.watch is None
+
     def describe(self) -> str:
         """What ``ccgen show`` says of it."""
         limits = [f"it carries {self.force:g} N"] if self.force is not None else []
@@ -85,43 +88,15 @@ class ChangeTables:
         """Joints that do not hold at the start: those that only take hold, and those that the start says."""
         return (self.of(HoldTable) - self.of(ReleaseTable)) | frozenset(self.open or ()) & self.of(HoldTable)
 
-    def structures(self) -> list[frozenset[str]]:
-        """Joints that are open together at some time, beginning with the start; the loosest there is comes too."""
-        first = self.open_at_start()
-        found, waiting = [first], [first]
-        while waiting:
-            now = waiting.pop(0)
-            for joint in self.joints:
-                then = now ^ {joint}
-                possible = joint in self.of(HoldTable if joint in now else ReleaseTable)
-                if possible and then not in found:
-                    found.append(then)
-                    waiting.append(then)
-        loosest = frozenset(self.joints)
-        return found if loosest in found else [*found, loosest]
 
-
-def check_tables(said: ChangeTables, joints: Collection[str], welds: Collection[str], report: Report) -> bool:
+def check_tables(said: ChangeTables, joints: Collection[str], report: Report) -> bool:
     """What tables say of joints is possible."""
     before = len(report.found)
     for path, table in said.rows:
-        if table.joint in welds:
-            report.add(
-                (*path, "joint"),
-                f'found "{table.joint}", a weld, expected a joint of another kind: welded links are one body; make it '
-                "a prismatic or revolute joint",
-            )
-        elif table.joint not in joints:
-            known = ", ".join(joints) or "none"
+        if table.joint not in joints:
+            known = ", ".join(dict.fromkeys(joints)) or "none"
             report.add((*path, "joint"), f'found "{table.joint}", expected a joint; the joints are {known}')
         _check_keys(path, table, report)
-    if len(said.joints) > MOST_CHANGING:
-        path = next(path for path, table in said.rows if table.joint == said.joints[MOST_CHANGING])
-        report.add(
-            (*path, "joint"),
-            f"found {len(said.joints)} joints that let go or take hold, expected at most {MOST_CHANGING}, because "
-            "every structure is a model of its own; let fewer change",
-        )
     for index, name in enumerate(said.open or ()):
         if name not in said.of(HoldTable):
             report.add(
@@ -254,19 +229,10 @@ def _names_joints(kind: Any) -> bool:
 
 def without_open(start: StartTable, opened: Collection[str]) -> StartTable:
     """``[start]`` without what it says of joints that are open."""
-    return _less(start, lambda name: name not in opened)
-
-
-def elsewhere(start: StartTable, mechanism: Mechanism) -> StartTable:
-    """``[start]`` as far as it helps to draw another structure, which begins nowhere: places, but no speeds."""
-    names = {joint.name for joint in mechanism.joints}
-    return _less(start, names.__contains__).model_copy(
-        update={"velocity": None, "angular_velocities": None, "sliding_velocities": None, "height": None}
-    )
-
-
-def _less(start: StartTable, keeps: Callable[[str], bool]) -> StartTable:
-    """``[start]`` with those values for joints alone that are kept."""
     given = {key: getattr(start, key) for key in ("slides", "sliding_velocities", "joints")}
-    kept = {key: {name: one for name, one in of.items() if keeps(name)} for key, of in given.items() if of is not None}
+    kept = {
+        key: {name: one for name, one in of.items() if name not in opened}
+        for key, of in given.items()
+        if of is not None
+    }
     return start.model_copy(update=kept)

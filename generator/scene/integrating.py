@@ -8,29 +8,18 @@ from dataclasses import replace
 from ..effect_base.effect import Effect
 from ..mechanism.integrators import with_integrators
 from .bodies import Bodies
-from .errors import Path, Report
+from .errors import Path
 
 
-def integrating(bodies: Bodies, effects: Sequence[tuple[Path, Effect]], changing: bool, report: Report) -> Bodies:
-    """The bodies with an integrator for each integral of the ``effects``, also of those that are off.
-
-    ``changing``: joints let go or take hold. That is a fault, because a state goes from structure to structure by
-    places and velocities of the scene's own links.
-    """
-    asking = [(path, name) for path, effect in effects for name in effect.integrals()]
+def integrating(bodies: Bodies, effects: Sequence[tuple[Path, Effect]]) -> Bodies:
+    """The bodies with an integrator for each integral of the ``effects``, also of those that are off."""
+    asking = [name for _, effect in effects for name in effect.integrals()]
     if not asking:
-        return bodies
-    if changing:
-        for path, _ in asking:
-            report.add(
-                (*path, "integral"),
-                "found an integral beside joints that let go or take hold, expected one of the two; leave out integral",
-            )
         return bodies
     count = len(asking)
     return replace(
         bodies,
-        mechanism=with_integrators(bodies.mechanism, [name for _, name in asking]),
+        mechanism=with_integrators(bodies.mechanism, asking),
         sketch=(*bodies.sketch, *(0.0 for _ in asking)),
         rates=(*bodies.rates, *(0.0 for _ in asking)) if bodies.rates else (),
         link_rows=(*bodies.link_rows, *(-1 for _ in asking)) if bodies.link_rows else (),

@@ -29,7 +29,6 @@ from .changes import (
     changes_of,
     check_effects_at,
     check_tables,
-    elsewhere,
     without_open,
 )
 from .check import check, show
@@ -46,9 +45,9 @@ from .meant import unknown_key
 from .meshed import meshed
 from .module_names import hidden_module
 from .on_off import gates_of, name_of
-from .open_joints import with_open
+from .open_joints import on_carriages, with_gates, with_open
 from .placing import place_parts
-from .scene import Asked, RunSettings, Scene, Start, Structure
+from .scene import HELD, Asked, RunSettings, Scene, Start
 from .schema import (
     GroundLinkTable,
     JointTable,
@@ -75,6 +74,13 @@ NO_VALUES: Mapping[str, float] = {}
 Tables = Mapping[str, Any]
 
 
+class Gated(NamedTuple):
+    """The ``joints`` that have gates, and of all joints those that are ``driven``."""
+
+    joints: tuple[str, ...] = ()
+    driven: tuple[str, ...] = ()
+
+
 class EffectTable(NamedTuple):
     """A table of an effect that has passed its schema: what kind, which of those, at which key."""
 
@@ -98,13 +104,14 @@ class Parts:
     changes: tuple[Change, ...] = ()
     events: tuple[Event, ...] = ()
     gates: Mapping[Path, Parameter] = field(default_factory=dict)
+    everywhere: frozenset[Path] = frozenset()
 
 
-class Other(NamedTuple):
-    """Another structure than that of the start: the joints that do not hold in it, and the scene's start."""
+class Begun(NamedTuple):
+    """The start of a scene whose joints let go or take hold, found with those that hold there, and its mechanism."""
 
-    opened: frozenset[str]
     start: Start
+    mechanism: Mechanism
 
 
 T = TypeVar("T", bound=Table)
@@ -153,9 +160,9 @@ def _scene_of(tables: Tables, name: str, report: Report, values: Mapping[str, fl
     report.stop_if_any()
     scene = _scene(name, parts, report)
     if parts.changes:
-        structures = _structures(scene, tables, parts.said, report, values)
+        scene = _with_gates(scene, tables, report, values)
         report.stop_if_any()
-        scene = replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
+        scene = replace(scene, remarks=report.remarks, changes=parts.changes)
     scene = replace(
         scene,
         keys_of_effects=tuple(str(path[0]) for path, _ in parts.effects),
@@ -186,55 +193,54 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
     mechanism = parts.bodies.mechanism
     asked = Asked(tuple(output.plot), tuple(output.table), output.times)
     gates = tuple(parts.gates.get(path) for path, _ in parts.effects) if parts.gates else ()
+    everywhere = tuple(path in parts.everywhere for path, _ in parts.effects) if mechanism.gates else ()
     return Scene(
-        name, mechanism, effects, parts.start, settings, asked, report.remarks, events=parts.events, gates=gates
+        name,
+        mechanism,
+        effects,
+        parts.start,
+        settings,
+        asked,
+        report.remarks,
+        events=parts.events,
+        gates=gates,
+        everywhere=everywhere,
     )
 
 
-def _structures(
-    scene: Scene, tables: Tables, said: ChangeTables, report: Report, values: Mapping[str, float]
-) -> tuple[Structure, ...]:
-    """What the mechanism of a ``scene`` is with other joints open than at its start; joints in the scene's order."""
-    order = [joint.name for joint in (*scene.mechanism.joints, *scene.mechanism.open)]
-    found = []
-    for opened in said.structures()[1:]:
-        names = tuple(sorted(opened, key=order.index))
-        own = Report(report.file)
-        parts = _read(tables, own, other=Other(opened, scene.start), values=values)
-        words = f"without {', '.join(names)}" if names else "with all joints"
-        for path, message in own.found:
-            report.add(path, f"{words}: {message}")
-        if not own.found:
-            called = "-without-" + "-".join(names) if names else "-whole"
-            found.append(Structure(names, _scene(scene.name + called, parts, own)))
-    return tuple(found)
+def _with_gates(scene: Scene, tables: Tables, report: Report, values: Mapping[str, float]) -> Scene:
+    """The ``scene``, which has the joints that hold at its start, with gates at all that let go or take hold."""
+    own = Report(report.file)
+    parts = _read(tables, own, begun=Begun(scene.start, scene.mechanism), values=values)
+    for path, message in own.found:
+        report.add(path, f"without {', '.join(parts.said.joints)}: {message}")
+    return scene if own.found else replace(_scene(scene.name, parts, own), events=scene.events)
 
 
 def _read(
     tables: Tables,
     report: Report,
     assemble: bool = True,
-    other: Other | None = None,
+    begun: Begun | None = None,
     values: Mapping[str, float] = NO_VALUES,
     again: bool = False,
 ) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
-    With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
-    there, and effects take what they take from the scene's start. What is read ``again``, with stand-ins, tells no
-    lengths that are too large: they may be the cause of what is told.
+    The mechanism is that of the start, unless a start has ``begun``: then it has gates at the joints that let go or
+    take hold, and begins there. What is read ``again``, with stand-ins, tells no lengths that are too large: they may
+    be the cause of what is told.
     """
     names = read_names(tables.get("let", {}), report)
-    begun = _table(StartTable, tables, "start", names, report)
-    said = _change_tables(tables, begun, names, report)
-    released = said.open_at_start() if other is None else other.opened
-    bodies = _bodies_with_squares(tables, names, report, released, again)
-    bodies = bodies and valued(bodies, values)
-    if begun and bodies and other is not None:
-        begun = elsewhere(begun, bodies.mechanism)
-    elif begun and released:
-        begun = without_open(begun, released)
+    asked = _table(StartTable, tables, "start", names, report)
+    said = _change_tables(tables, asked, names, report)
+    released = _released(said, values)
     effect_tables = _effect_tables(tables, names, report)
+    gated = _gated(said, effect_tables) if begun else Gated()
+    bodies = _bodies_with_squares(tables, names, report, released, gated, again)
+    bodies = bodies and valued(bodies, values)
+    if asked and released:
+        asked = without_open(asked, released)
     every = effect_tables
     run = _table(RunTable, tables, "run", names, report)
     output = _table(OutputTable, tables, "output", names, report)
@@ -246,30 +252,53 @@ def _read(
     if bodies and said.rows:
         joints = [joint.name for joint in (*bodies.mechanism.joints, *bodies.mechanism.open)]
         own = [name for name in joints if name not in bodies.mechanism.aids]
-        if check_tables(said, own, bodies.mechanism.welds, report):
+        own += [table["name"] for table in tables.get("joint", ()) if table.get("type") == "weld" and "name" in table]
+        if check_tables(said, own, report):
             changes = changes_of(said, bodies.mechanism, report)
         check_effects_at([(one.entry.key, one.path, one.table) for one in effect_tables], said, report)
-        acting = [(one, at_open_joints(one.table, one.entry.key, released)) for one in effect_tables]
+        absent_at = () if begun else released
+        acting = [(one, at_open_joints(one.table, one.entry.key, absent_at)) for one in effect_tables]
         effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
-    named = [(one.path, name_of(one.path, one.table)) for one in (every if other else effect_tables)]
-    gates = valued(gates_of(events_said, begun.off or () if begun else (), named, report), values)
+    named = [(one.path, name_of(one.path, one.table)) for one in every]
+    gates = valued(gates_of(events_said, asked.off or () if asked else (), named, report), values)
     effects = _effects(effect_tables, bodies, names, report) if bodies else []
     if bodies:
-        bodies = integrating(bodies, effects, bool(said.rows), report)
+        bodies = integrating(bodies, effects)
     effects = [(path, valued(effect, values)) for path, effect in effects]
     bodies = meshed(bodies, effects) if bodies else None
     absent = {path for path, gate in gates.items() if not gate.value}
-    holds = said.of(HoldTable) if other is None else ()
     start = None
     if bodies and begun:
-        start = _start(begun, bodies, effects, report, assemble, other is None, absent, holds)
+        start = _begun(begun, bodies, effects, report)
+    elif bodies and asked:
+        start = _start(asked, bodies, effects, report, assemble, absent, said.of(HoldTable))
     if bodies and start:
-        settled = settle(start if other is None else other.start, bodies, effects)
+        settled = settle(start, bodies, effects)
         effects = [(path, valued(effect, values)) for path, effect in settled]
         bodies = meshed(bodies, effects)
-    events = _events(events_said, bodies, effects, names, report) if bodies and other is None else ()
+    events = _events(events_said, bodies, effects, names, report) if bodies and not begun else ()
     law = law_of_all(tables, MODELS, report)
-    return Parts(bodies, effects, start, run, output, law, said, changes, events, gates)
+    everywhere = frozenset(one.path for one in effect_tables if getattr(one.table, "contacts", ()) is None)
+    return Parts(bodies, effects, start, run, output, law, said, changes, events, gates, everywhere)
+
+
+def _released(said: ChangeTables, values: Mapping[str, float]) -> frozenset[str]:
+    """The joints that are open at the start, by what the scene says, and by values that gates are asked to have."""
+    asked = {name: values[f"{name}{HELD}"] for name in said.joints if f"{name}{HELD}" in values}
+    return frozenset(name for name in said.joints if not asked.get(name, name not in said.open_at_start()))
+
+
+def _gated(said: ChangeTables, effects: list[EffectTable]) -> Gated:
+    """The joints that let go or take hold, and those that drives move."""
+    driven = (getattr(one.table, "joint", None) for one in effects if one.entry.key == "drive")
+    return Gated(said.joints, tuple(name for name in driven if isinstance(name, str)))
+
+
+def _begun(begun: Begun, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report) -> Start | None:
+    """The start as one of bodies with gates, if all of their motions move some mass."""
+    driven = [joint for _, effect in effects for joint in effect.driven()]
+    fine = check_masses(bodies, driven, report)
+    return on_carriages(begun.start, bodies.mechanism, begun.mechanism) if fine else None
 
 
 def _events(
@@ -367,8 +396,9 @@ def _tables(model: type[T], tables: Tables, key: str, names: Names, report: Repo
     return [check(model, one, (key, index), names, report) for index, one in enumerate(raw)]
 
 
-def _bodies(tables: Tables, names: Names, report: Report, released: Collection[str]) -> Bodies | None:
-    """The mechanism in the one form that the scene uses, without the ``released`` joints; ``None`` after faults."""
+def _bodies(tables: Tables, names: Names, report: Report, released: Collection[str], gated: Gated) -> Bodies | None:
+    """The mechanism in the one form that the scene uses, without the ``released`` joints, or with these open among
+    those that are ``gated``, if any are; ``None`` after faults."""
     forms = [key for key in (*SHORTHAND, "link") if key in tables]
     for key in forms[1:]:
         report.add((key,), f"found [{key}] beside [{forms[0]}], expected one description of the links; remove one")
@@ -400,16 +430,18 @@ def _bodies(tables: Tables, names: Names, report: Report, released: Collection[s
         found = general(tables, links, joints, ground, report) if links else None
     else:
         found = built[0] if built else None
+    if found and gated.joints:
+        return with_gates(found, gated.joints, released, gated.driven)
     return with_open(found, released) if found else None
 
 
 def _bodies_with_squares(
-    tables: Tables, names: Names, report: Report, released: Collection[str], again: bool
+    tables: Tables, names: Names, report: Report, released: Collection[str], gated: Gated, again: bool
 ) -> Bodies | None:
     """The mechanism, if its lengths have squares. Those that have none are told unless ``again``, or after faults of
     the bodies, of which they may be the cause."""
     faults = len(report.found)
-    bodies = _bodies(tables, names, report, released)
+    bodies = _bodies(tables, names, report, released, gated)
     if bodies is None:
         return None
     told = Report(report.file) if again or len(report.found) > faults else report
@@ -462,12 +494,10 @@ def _start(
     effects: list[tuple[Path, Effect]],
     report: Report,
     assemble: bool,
-    begins: bool,
     absent: Collection[Path] = (),
     holds: Collection[str] = (),
 ) -> Start | None:
-    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``;
-    ``holds`` are joints that take hold."""
+    """Judged without effects that are ``absent``; ``holds`` are joints that take hold."""
     acting = [effect for _, effect in effects]
     driven = [joint for effect in acting for joint in effect.driven()]
     asked = sketch(table, bodies, driven, report)
@@ -478,8 +508,6 @@ def _start(
     start = begin(asked, bodies, effects, report, holds) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
-    if not begins:
-        return start
     present = [(path, effect) for path, effect in effects if path not in absent]
     start = lift(start, bodies, [effect for _, effect in present])
     check_effects(start, bodies, present, report)

@@ -21,8 +21,8 @@ from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
 T = TypeVar("T")
-ON = ".on"
-"""Behind the name of an effect in that of its gate."""
+ON, HELD = ".on", ".held"
+"""Behind the name of an effect in that of its gate, and behind that of a joint."""
 
 
 @dataclass(frozen=True)
@@ -142,19 +142,11 @@ class Asked:
 
 
 class ValueOfEvent(NamedTuple):
-    """What an event, by its number, sets the parameter of a ``path`` to."""
+    """What an event, or behind all events a change, by its number, sets the parameter of a ``path`` to."""
 
     event: int
     path: str
     value: float | str
-
-
-@dataclass(frozen=True)
-class Structure:
-    """What the mechanism is while the joints ``open`` do not hold: a scene of its own, which is run by none."""
-
-    open: tuple[str, ...]
-    scene: Scene
 
 
 @dataclass(frozen=True)
@@ -164,10 +156,10 @@ class Scene:
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
     ``output`` is what is looked at of a run, which changes no model. ``remarks`` say how values are understood that may
     be meant otherwise, one sentence each; they change nothing.
-    ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
-    the start. ``events`` are instants of a run that are asked for. ``gates`` are, for each of the effects, the
-    parameter that is 1 while it acts and 0 while it is off, or ``None`` where no event switches it; no gates where
-    none is switched.
+    ``changes`` are joints that let go and take hold, which have gates in the mechanism. ``events`` are instants of a
+    run that are asked for. ``gates`` are, for each of the effects, the parameter that is 1 while it acts and 0 while it
+    is off, or ``None`` where no event switches it; no gates where none is switched. ``everywhere`` says of each of them
+    whether it has all contacts that there are, where joints let go or take hold.
     ``keys_of_effects`` are the keys of the effects' tables, ``worked_out`` the links whose inertia follows from what
     they are made of.
     """
@@ -180,9 +172,9 @@ class Scene:
     output: Asked = field(default=Asked(), compare=False)
     remarks: tuple[str, ...] = field(default=(), compare=False)
     changes: tuple[Change, ...] = ()
-    structures: tuple[Structure, ...] = ()
     events: tuple[Event, ...] = ()
     gates: tuple[Parameter | None, ...] = ()
+    everywhere: tuple[bool, ...] = ()
     keys_of_effects: tuple[str, ...] = field(default=(), compare=False)
     worked_out: tuple[str, ...] = field(default=(), compare=False)
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
@@ -232,8 +224,15 @@ class Scene:
         poses, velocities = _of(links, self.start.poses), _of(links, self.start.velocities)
         start = dataclasses.replace(self.start, poses=poses, velocities=velocities, sketch=sketch)
         gates = tuple(gate for index, gate in enumerate(self.gates) if index != effect)
+        everywhere = tuple(whole for index, whole in enumerate(self.everywhere) if index != effect)
         return dataclasses.replace(
-            self, mechanism=mechanism, effects=effects, start=start, keys_of_effects=keys, gates=gates
+            self,
+            mechanism=mechanism,
+            effects=effects,
+            start=start,
+            keys_of_effects=keys,
+            gates=gates,
+            everywhere=everywhere,
         )
 
     @property
@@ -260,22 +259,23 @@ class Scene:
         return tuple(joint for effect in self.effects for joint in effect.driven())
 
     @property
-    def indicators(self) -> tuple[tuple[str, int], ...]:
-        """What a compiled model has of its events: expressions, each with 1 where its rises are events, -1 where its
-        falls are, 0 where both are. Nothing where joints let go: events are looked for across structures there."""
+    def indicators(self) -> tuple[tuple[str | Change, int], ...]:
+        """What a compiled model looks for: the expressions of its events, each with 1 where its rises are events, -1
+        where its falls are, 0 where both are, and behind them its changes, which come with rises."""
         signs = {"rising": 1, "falling": -1, "either": 0}
-        every = () if self.changes else self.events
-        return tuple((one.when, signs[one.direction]) for one in every)
+        found: list[tuple[str | Change, int]] = [(one.when, signs[one.direction]) for one in self.events]
+        return (*found, *((one, 1) for one in self.changes))
 
     @property
     def values_of_events(self) -> tuple[ValueOfEvent, ...]:
-        """What events set in a compiled model, in their order: gates of effects last of each. Nothing where joints let
-        go."""
+        """What indicators set in a compiled model, in their order: gates of effects last of each event."""
         found = []
-        for number, event in enumerate(() if self.changes else self.events):
+        for number, event in enumerate(self.events):
             switched = dict.fromkeys(event.on, 1.0) | dict.fromkeys(event.off, 0.0)
             every = (*event.set, *((f"{name}{ON}", value) for name, value in switched.items()))
             found += [ValueOfEvent(number, path, value) for path, value in every]
+        for number, change in enumerate(self.changes, len(self.events)):
+            found.append(ValueOfEvent(number, f"{change.joint}{HELD}", float(change.kind == "hold")))
         return tuple(found)
 
     def canonical(self) -> str:
@@ -291,7 +291,7 @@ class Scene:
             "run": self.run,
         }
         if self.changes:
-            parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
+            parts |= {"changes": self.changes, "everywhere": self.everywhere}
         if self.events:
             parts["events"] = self.events
         if self.gates:

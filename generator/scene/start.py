@@ -296,7 +296,7 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
 
 
 def settle(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]) -> list[tuple[Path, Effect]]:
-    """The effects with what they take from the ``start`` of the scene, of whichever structure ``bodies`` are."""
+    """The effects with what they take from the ``start`` of the scene, whose ``bodies`` these are."""
     assembled = Assembled(bodies.mechanism, start.poses)
     return [(path, effect.settled(assembled)) for path, effect in effects]
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import chain
 
 from ..equations.equations import Equations
-from ..program.program import Function
+from ..program.program import Function, function_of
 from ..program.residuals import RESIDUAL, residuals
 from ..program.rolling import Lines, Loop
 from ..program.routine import Routines
@@ -26,8 +27,11 @@ PARTS = {"q": ("q",), "u": ("u",), "k": ("k",), "t": ("t", "inputs")}
 OF_SOLUTIONS = ("acceleration", "impulse", "contact_response")
 """Functions whose derivatives follow from those of the residuals."""
 
-LEFT_OUT = ("momentum", "inverse_dynamics", "switching", "latching", "reaches", "indicators", "event_values")
+LEFT_OUT = ("momentum", "inverse_dynamics", "switching", "latching", "reaches")
 """Functions of which no derivative is asked for, or that of another stands for."""
+
+INDICATORS = "indicators"
+"""That of event indicators, of which the derivatives of the values alone are asked for."""
 
 SOLVE = "solve"
 
@@ -38,7 +42,8 @@ OF_ACCELERATIONS = (*(f"{RESIDUAL}_{part}" for part in PARTS), SOLVE, "prescribe
 def tangents(equations: Equations, routines: Routines) -> list[Tangent]:
     """The derivatives that a model has, of those that do not vanish; in the order of its functions."""
     found = []
-    for function in chain(routines.program.functions, residuals(equations)):
+    functions = [one for one in routines.program.functions if one.kernel.name != INDICATORS]
+    for function in chain(functions, _indicators(equations), residuals(equations)):
         name = function.kernel.name
         parts = _parts(function)
         if name == "impulse":
@@ -47,6 +52,16 @@ def tangents(equations: Equations, routines: Routines) -> list[Tangent]:
             routine = routines.link_by_link(function)
             found += [tangent(routine, called, given) for called, given in parts.items()]
     return [one for one in found if not one.vanishes]
+
+
+def _indicators(equations: Equations) -> list[Function]:
+    """The values of the event indicators, without their rates and sizes."""
+    values = [
+        replace(kernel, inputs=tuple(a for a in kernel.inputs if a.name in ARGUMENTS), outputs=kernel.outputs[:1])
+        for kernel in equations.kernels
+        if kernel.name == INDICATORS
+    ]
+    return [function_of(equations, kernel) for kernel in values]
 
 
 def _parts(function: Function) -> dict[str, tuple[str, ...]]:

@@ -106,7 +106,7 @@ def render_c(
     banner: Banner,
     routines: Routines,
     sizes: Sizes,
-    tables: Mapping[str, Sequence[int]],
+    tables: Mapping[str, Sequence[int] | Sequence[float]],
     root: int,
     index: Iterable[str],
     numbers: Precision = DOUBLE,

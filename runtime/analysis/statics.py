@@ -122,10 +122,13 @@ class Statics:
         return np.array(columns).T
 
     def multipliers(self, q: FloatArray, forces: FloatArray) -> FloatArray:
-        """Closure multipliers of least norm that hold the loads beside the drives and contact forces, (rows,)."""
-        rows, count = self._rows(q), len(self.model.rows)
-        load = self.force(q) - self.contacts.generalized(q, forces)
-        return np.asarray(np.linalg.lstsq(rows.T, load, rcond=1e-12)[0][:count] if count else np.zeros(0))
+        """Closure multipliers of least norm that hold the loads beside the drives and contact forces, (rows,), 0 of
+        rows that are off."""
+        found, on = np.zeros(len(self.model.rows)), self.model.kernels.rows_on
+        if len(on):
+            load = self.force(q) - self.contacts.generalized(q, forces)
+            found[on] = np.linalg.lstsq(self._rows(q).T, load, rcond=1e-12)[0][on]
+        return found
 
     def _rows(self, q: FloatArray) -> FloatArray:
         """The closure's rows, then those of the driven joints as lengths, (rows + drives, nu)."""

@@ -28,7 +28,7 @@ from .units import units_of_columns
 
 MEMORY = 64e6
 """Bytes of what is observed that are worked on at a time, beside the table itself."""
-UNSET = ("cannot_set", "opened", "inside", "set_without_end")
+UNSET = ("cannot_set", "opened", "inside", "too_far", "set_without_end")
 """Ends of runs in which an event has set what cannot be, of ensembles and programs in C alone."""
 MOST = 65536
 """Runs at a time."""
@@ -36,7 +36,7 @@ MOST = 65536
 
 def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> bool:
     """Whether the core alone can make these runs."""
-    if model.data.get("switching") is not None or callable(numbers.inputs):
+    if callable(numbers.inputs):
         return False
     set_by_events = {path for event in model.data.get("events", ()) for path in event["set"]}
     if model.folded and set_by_events:
@@ -58,8 +58,10 @@ def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> boo
 
 
 def varies(model: Model) -> bool:
-    """Whether events set parameters of a model, or switch effects."""
-    return any(event["set"] or event["on"] or event["off"] for event in model.data.get("events", ()))
+    """Whether events set parameters of a model, or switch effects, or joints let go or take hold."""
+    return bool(model.joint_gates) or any(
+        event["set"] or event["on"] or event["off"] for event in model.data.get("events", ())
+    )
 
 
 class CompiledRuns:
@@ -132,13 +134,13 @@ class CompiledRuns:
         whole = share(made.work, min(threads, numbers.count), made.end, told and (lambda: told(made.done)))
         rows = self._table(numbers, made.answers)
         unset = np.isin(made.answers["outcome"], [model.core.OUTCOMES.index(name) for name in UNSET])
-        alone = rows.status == STOPPED if model.data["drives"] else unset
+        alone = rows.status == STOPPED if model.data["drives"] or model.joint_gates else unset
         return self._as_alone(numbers, rows, np.flatnonzero(alone).tolist()), whole
 
     def _as_alone(self, numbers: Numbers, table: Ensemble, runs: Sequence[int]) -> Ensemble:
         """The table with ``runs`` that have stopped as they are alone: at a dead point of a drive, which is told by all
-        of a run's rows, some are cut off, and what an event cannot set is told in full. A reduction, which has read
-        rows, is no number there."""
+        of a run's rows, some are cut off, and what an event cannot set, or why a joint cannot take hold, is told in
+        full. A reduction, which has read rows, is no number there."""
         singly, reasons = SingleRuns(self.model, self.observed, self.asked), list(table.reason)
         for run in runs:
             one, _ = singly.make(numbers.part(run, run + 1), 1, None)

@@ -20,7 +20,7 @@ from ..simulation.threads import share
 from .numbers import Numbers, outside
 from .observed import EXTREMES, Observed
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
-from .units import coordinates_of, units_of_columns
+from .units import units_of_columns
 
 SIZE = 1024
 """Runs at a time."""
@@ -32,7 +32,7 @@ class SingleRuns:
     def __init__(self, model: Model, observed: Observed, options: dict[str, Any]) -> None:
         self.model, self.observed, self.options = model, observed, options
         self.units = units_of_columns(model, observed.columns)
-        self.width = len(coordinates_of(model)[0])
+        self.width = len(model.q_names)
 
     def size(self, numbers: Numbers) -> int:
         """How many runs are made at a time."""

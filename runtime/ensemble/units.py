@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..loading.structures import structures_of
 from ..model.model import Model
-from ..model.whole import Whole
 from ..record.outputs import named_outputs
 from ..record.tables import unit_of_coordinate
 from .observed import Column
-
-
-def coordinates_of(model: Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the coordinates q and velocities u that runs are in: where joints change, those of all structures."""
-    whole = model if model.data.get("switching") is None else Whole(structures_of(model))
-    return tuple(whole.q_names), tuple(whole.u_names)
 
 
 def units_of_columns(model: Model, columns: Iterable[Column]) -> dict[str, str]:
@@ -23,7 +15,7 @@ def units_of_columns(model: Model, columns: Iterable[Column]) -> dict[str, str]:
     impacts."""
     columns = tuple(columns)
     known = named_outputs(model, (column.output for column in columns if column.output))
-    q, u = coordinates_of(model)
+    q, u = model.q_names, model.u_names
     fixed = {
         "impacts": "1",
         "impact_times": "s",

@@ -55,6 +55,7 @@ cdef extern from *:
         of_state slips, slip_bias, contact_reactions
         void (*indicate)(const real *k, const real *q, const real *u, real t, const real *scales, real *value, real *rate,
                          real *size) noexcept nogil
+        void (*find_event_values)(const real *k, const real *q, const real *u, real t, real *value) noexcept nogil
         const ccgen_derivatives *derivatives
 
 cdef extern from *:
@@ -80,7 +81,8 @@ cdef extern from *:
         const real *restitution
         const real *friction
         const impact_law *law
-        int n, size
+        int n, rows_on, size
+        const int *on
         real *inputs
         int (*input_source)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
@@ -98,6 +100,7 @@ cdef extern from *:
         real refinement_residual
         long evaluations
         long rank_deficient
+    int find_rows_on(const ccgen_model *m, const real *parameters, int *on) nogil
     void set_units(system *s) nogil
     real heaviest(system *s, const real *q) nogil
     void set_levers(system *s, const unsigned char *angular, real *lever, real *extent) nogil
@@ -257,9 +260,6 @@ cdef extern from *:
         const method *method
         gain on_gain
         interruption interruption
-        int (*look)(void *context, size_t *wanted) noexcept nogil
-        void *look_context
-        size_t wanted
         int watched
         record record
         impacts impacts

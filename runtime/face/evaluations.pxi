@@ -50,7 +50,8 @@ cdef class Evaluations:
     cdef unsigned char[::1] angular, lengths
     cdef real length, time, duration
     cdef const impact_law *law
-    cdef int refine
+    cdef int[::1] on
+    cdef int on_count, refine
     cdef real usual
     cdef readonly double inexact
     """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
@@ -86,6 +87,8 @@ cdef class Evaluations:
         for contact in angular:
             self.angular[contact] = 1
         self.m.derive_constants(&self.p[0], &self.k[0])
+        self.on = np.zeros(m.rows + 1, dtype=np.intc)
+        self.on_count = find_rows_on(m, &self.p[0], &self.on[0])
         if self.m.contacts:
             self.m.restitution(&self.k[0], &self.restitution[0])
         if self.m.friction is not NULL:
@@ -113,6 +116,11 @@ cdef class Evaluations:
     def refined(self):
         """Whether they are."""
         return bool(self.refine)
+
+    @property
+    def rows_on(self):
+        """Numbers of the closure's rows that are on, in their order."""
+        return np.asarray(self.on)[: self.on_count].copy()
 
     @property
     def address(self):
@@ -163,6 +171,7 @@ cdef class Evaluations:
         s.friction = &self.friction_[0] if self.m.friction is not NULL else NULL
         s.law = self.law
         s.n = self.m.nu
+        s.rows_on, s.on = self.on_count, &self.on[0]
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
         s.arena = &memory.arena

@@ -100,13 +100,34 @@ cdef class Kernels(Differentiating):
             self.m.indicate(&self.k[0], &q[i, 0], &u[i, 0], t[i], &scales[0], &value[i, 0], &rate[i, 0], &size[i, 0])
         return tuple(found)
 
+    def event_values(self, real t, const real[::1] q, const real[::1] u):
+        """What events set parameters to at one state: (event_values,)."""
+        cdef real[::1] value = zeros(self.m.event_values + 1)
+        if self.m.event_values:
+            self.m.find_event_values(&self.k[0], &q[0], &u[0], t, &value[0])
+        return np.asarray(value)[: self.m.event_values]
+
+    def take_hold(self, const real[::1] q, const real[::1] u):
+        """The plastic impact by which all rows of the closure that are on come to have no rates: u (n,) behind it, what it takes of the energy (J), the impulses
+        of the joints (joints, 3) on their second links, and the outcome."""
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef real[::1] after = np.array(u), jump, P = zeros(2 * self.m.contacts + 1), reaction = zeros(3 * self.m.joints + 1)
+        cdef real[::1] before = zeros(2), behind = zeros(2)
+        cdef int outcome = project_velocity(&s, &q[0], &after[0])
+        self.m.energy(&self.k[0], &q[0], &u[0], &before[0])
+        self.m.energy(&self.k[0], &q[0], &after[0], &behind[0])
+        jump = np.asarray(after) - np.asarray(u)
+        if not outcome:
+            outcome = joint_impulses(&s, &q[0], &jump[0], &P[0], &reaction[0])
+        return np.asarray(after), before[0] - behind[0], np.asarray(reaction)[: 3 * self.m.joints].reshape(-1, 3), OUTCOMES[outcome]
+
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, look=None, armed=None, halts=None):
+                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, left_at=None, armed=None, halts=None):
         """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing.
-        ``look`` is called between steps with what is recorded so far, first at the start: it gives how many rows it wants to see next, or None,
-        which ends the run there as an interruption. ``armed`` (indicators, 2), where events of the scene are looked for: whether each was below
+        ``left_at`` is called with the time, q and u that the ``state`` is of, and may raise. ``armed`` (indicators, 2), where events of the scene are looked for: whether each was below
         zero before, and whether it was above. The run ends where ``halts`` (indicators,) more events of one have come, -1: at none."""
         cdef size_t n = self.m.nu, stop_count = len(stops)
         cdef real[::1] ends, kept_values
@@ -142,7 +163,6 @@ cdef class Kernels(Differentiating):
         if halts is not None:
             more = np.array(halts, dtype=np.dtype("l"))
             asked.events, most = CCGEN_HALT, &more[0]
-        cdef _Onlooker onlooker = _Onlooker(look)
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)
         if outcome:
@@ -158,19 +178,17 @@ cdef class Kernels(Differentiating):
                 raise ValueError(OTHER_STATE)
             else:
                 left = state
-            if look is not None:
-                onlooker.kernels, onlooker.it = self, it
-                it.run.look, it.run.look_context, it.run.wanted = _look, <void *>onlooker, 1
             with nogil:
                 outcome = ccgen_set_state(it, left) if left is not NULL else reset_holding(it, begin, from_q, from_u, holding)
+            if left_at is not None and outcome == 0:
+                left_at(it.run.record.t[0], _numbers(it.run.record.y, n), _numbers(it.run.record.y + n, n))
+            with nogil:
                 if before is not NULL:
                     begin_watch(it, before, most)
                 if outcome == 0:
                     outcome = run_simulation(it, until, &halted)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
                 raise ValueError(OTHER_STATE)
-            if onlooker.error is not None and not isinstance(onlooker.error, KeyboardInterrupt):
-                raise onlooker.error
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
@@ -239,28 +257,3 @@ cdef class Kernels(Differentiating):
             crossings=[(crossing[j].t, crossing[j].indicator, crossing[j].direction) for j in range(count)],
             crossed=_columns(states, count, 2 * n, 2 * n) if count else empty((0, 2 * n)),
         )
-
-cdef class _Onlooker:
-    """What is shown the rows of a run while it goes on: a function of what was found so far, which gives how many rows it wants to see next,
-    or None where it has seen enough."""
-
-    cdef object look
-    cdef Kernels kernels
-    cdef ccgen_simulation *it
-    cdef public object error
-
-    def __init__(self, look):
-        self.look, self.error = look, None
-
-
-cdef int _look(void *context, size_t *wanted) noexcept with gil:
-    cdef _Onlooker onlooker = <_Onlooker>context
-    try:
-        rows = onlooker.look(onlooker.kernels._found(onlooker.it, OUTCOME_INTERRUPTED))
-        if rows is None:
-            return 1
-        wanted[0] = rows
-    except BaseException as error:
-        onlooker.error = error
-        return 1
-    return 0

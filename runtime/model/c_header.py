@@ -124,11 +124,11 @@ def package_in_code(folder: Path) -> str:
 
 
 def _events(model: Geometry) -> str:
-    """Names of the events, and that there are none where joints let go."""
-    names = [f"{number} {event['name']}" for number, event in enumerate(model.data.get("events", ()))]
-    if model.data.get("switching") is not None:
-        return "none, and no joint lets go or takes hold: programs in C have the mechanism of the start alone"
-    return ", ".join(names) or "none"
+    """Names of the events, and behind them what joints let go and take hold, by their numbers."""
+    names = [event["name"] for event in model.data.get("events", ())]
+    for change in (model.data.get("switching") or {}).get("changes", ()):
+        names.append(f"{change['joint']} {'lets go' if change['kind'] == 'release' else 'takes hold'}")
+    return ", ".join(f"{number} {name}" for number, name in enumerate(names)) or "none"
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -76,8 +76,11 @@ class Compiled:
         self._inputs = np.zeros(len(self.inputs))
         folded = self.name if self.folded else ""
         self.gates: Mapping[str, str] = {one["effect"]: one["parameter"] for one in data.get("gates", ())}
+        ends = (data.get("switching") or {}).get("ends", {})
+        self.joint_gates: Mapping[str, str] = {joint: one["gate"] for joint, one in ends.items()}
+        self.all_gates = (*self.joint_gates.values(), *self.gates.values())
         own = data["parameters"], dict(values or {}), self._rebuild, folded
-        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}), self.gates.values())
+        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}), self.all_gates)
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
@@ -156,7 +159,7 @@ class Compiled:
     def settable(self) -> Mapping[str, float]:
         """Values of the parameters that are no numbers in the code, by their paths: all but those that are folded."""
         every = self._parameters
-        return {path: every[path] for path in self.gates.values()} if self.folded else every
+        return {path: every[path] for path in self.all_gates} if self.folded else every
 
     @property
     def off(self) -> tuple[str, ...]:
@@ -165,9 +168,13 @@ class Compiled:
 
     @property
     def off_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Those of ``contacts`` whose effects are off."""
-        gates = (one for one in self.data.get("gates", ()) if not self._parameters[one["parameter"]])
-        return tuple(self.contacts[number] for one in gates for number in one["contacts"])
+        """Those of ``contacts`` whose effects are off, or that joints have only while they hold, or are open."""
+        there = dict.fromkeys(range(len(self.contacts)), True)
+        for one in self.data.get("whiles", ()):
+            there[one["contact"]] = any(
+                all(bool(self._parameters[path]) is held for path, held in each.items()) for each in one["whiles"]
+            )
+        return tuple(self.contacts[number] for number, on in there.items() if not on)
 
     def _is_there(self, drawn: Mapping[str, Any]) -> bool:
         """Whether an effect by which something is drawn is on."""
@@ -249,7 +256,11 @@ class Compiled:
     def drawn_joints(self) -> tuple[str, ...]:
         """Joints that pictures show: all but those that only place links which no joint of the scene holds, and those
         of what integrates."""
-        hidden = {*self.data.get("aids", ()), *(one["joint"] for one in self.data.get("integrators", ()))}
+        hidden = {
+            *self.data.get("aids", ()),
+            *self.data.get("shafts", ()),
+            *(one["joint"] for one in self.data.get("integrators", ())),
+        }
         return tuple(joint for joint in self.joints if joint not in hidden)
 
     @property

@@ -45,7 +45,7 @@ def derivatives(
                 f"{of}: found a closed contact, expected none: derivatives are those of flight; open it, or leave "
                 "contacts out with contacts=()"
             )
-        found = _found(model, of, *states, times, along)
+        found = under_inputs(model, of, *states, times, along)
     if not np.all(np.isfinite(found)):
         raise ValueError(
             f"{of}: found no finite derivative here, expected one: a root or a quotient of the equations has none at "
@@ -93,9 +93,10 @@ def shapes_of(model: Geometry) -> dict[str, tuple[int, ...]]:
     }
 
 
-def _found(
+def under_inputs(
     model: Geometry, of: str, q: FloatArray, u: FloatArray, t: float | FloatArray, along: Directions
 ) -> FloatArray:
+    """The same at states q, u (b, n), in flight, under the inputs that are set."""
     shape = (len(q), *shapes_of(model)[of], len(along.columns))
     if not along.columns or 0 in shape:
         return np.zeros(shape, dtype=model.core.REAL)
@@ -166,7 +167,7 @@ def _check_rows(model: Geometry, of: str, q: FloatArray, missed: float) -> None:
     """
     n = len(model.q_names)
     rank = n - len(model.kernels.motions(np.ascontiguousarray(q)))
-    if rank == len(model.rows) + model.kernels.sizes["drives"]:
+    if rank == len(model.kernels.rows_on) + model.kernels.sizes["drives"]:
         return
     if rank < n - len(model.kernels.motions(start(model)[0])):
         raise ValueError(

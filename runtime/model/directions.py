@@ -178,8 +178,9 @@ def _places(model: Compiled, name: str) -> list[tuple[str, int]]:
     if not isinstance(name, str):
         raise ValueError(f"wrt: found {name!r}, expected a name")
     model.parameters[name]  # raises for one that is none
-    if name in model.gates.values():
-        raise ValueError(f"{name}: found what switches an effect, expected a number that can change by a little")
+    if name in model.all_gates:
+        what = "switches an effect" if name in model.gates.values() else "says whether a joint holds"
+        raise ValueError(f"{name}: found what {what}, expected a number that can change by a little")
     if model.folded:
         raise ValueError(f"{name}: found a parameter of {model.name}, whose parameters are folded into its code")
     if name in model.data["rests_on"]:

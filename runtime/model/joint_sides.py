@@ -1,24 +1,19 @@
-"""The two sides of a joint, of a model or of a mechanism whose joints change."""
+"""The two sides of a joint."""
 
 from __future__ import annotations
 
 from .joint_gap import Ends
 from .model import Model
-from .whole import Whole
 
 
-def between(model: Model | Whole, joint: str) -> tuple[int, int]:
+def between(model: Model, joint: str) -> tuple[int, int]:
     """The two links of a joint; -1: the ground."""
-    if isinstance(model, Whole):
-        return model.between(joint)
     first, second = model.data["between"][model.joints.index(joint)]
     return first, second
 
 
-def ends_of(model: Model | Whole, joint: str) -> Ends:
+def ends_of(model: Model, joint: str) -> Ends:
     """The two ends of a joint that slides."""
-    if isinstance(model, Whole):
-        return model.ends_of(joint)
     line = model.data["lines"][joint]
     axis, angle = model._coordinates([[line["axis"], line["angle"] or 0.0]])[0].tolist()
     first, second = line["links"]

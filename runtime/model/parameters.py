@@ -142,7 +142,7 @@ class Parameters(MutableMapping[str, float]):
 def unmet(domain: Mapping[str, Any], number: float) -> str:
     """What a number outside its domain was expected to be, in words; empty if it is inside."""
     if domain.get("whole"):
-        return "" if number in (0.0, 1.0) else "1 or 0, on or off"
+        return "" if number in (0.0, 1.0) else "1 or 0"
     minimum, above, maximum = domain["minimum"], domain["above"], domain["maximum"]
     inside = (
         (minimum is None or number >= minimum)

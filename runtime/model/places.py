@@ -18,7 +18,9 @@ def places_of(model: Compiled) -> dict[str, tuple[str, tuple[int, ...]]]:
     """Outputs by name: what is derived, and the entry of it."""
     found: dict[str, tuple[str, tuple[int, ...]]] = {}
     for i, name in enumerate(model.q_of):
-        found[name], found[rate_of(name)] = ("q", (i,)), ("u", (i,))
+        owner, _, kind = name.rpartition(".")
+        if kind != "slide" or owner not in model.joint_gates:  # else it is that of the drive, and not of the link
+            found[name], found[rate_of(name)] = ("q", (i,)), ("u", (i,))
     for k, link in enumerate(model.links):
         found.setdefault(f"{link}.angle", ("poses", (k, 2)))
         found.setdefault(f"{link}.angular_velocity", ("velocities", (k, 2)))

@@ -47,7 +47,8 @@ def find_orbit(
     what is done to the state x = (q, u) there before it is compared, A x + b, of shapes (2 n, 2 n) and (2 n,): where a
     walker's legs change their parts. ``advances`` names coordinates that need not come back, as the place of a walker.
     ``most`` is how many steps Newton's method may take. Derivatives of the map are exact, through impacts and
-    friction, so that orbits need not be stable.
+    friction, and events of the scene that set and switch, so that orbits need not be stable; at the end parameters and
+    effects have to be as they were where the motion begins.
 
     A long or very unstable motion is found in ``segments``, each with a start of its own (multiple shooting): q0 and u0
     are then one state, from which a run gives the starts, or (segments, n). Where the model depends on time, or

@@ -27,7 +27,7 @@ class Nearness(NamedTuple):
 
 def nearness(runs: Sequence[Run]) -> list[Nearness]:
     """All impacts, and all least gaps, of a motion."""
-    return [one for run in runs for one in (*_speeds(run), *_gaps(run))]
+    return [one for run in runs for part in run.stretches for one in (*_speeds(part), *_gaps(part))]
 
 
 def _speeds(run: Run) -> list[Nearness]:

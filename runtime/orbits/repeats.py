@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from .orbit import Orbit
-from .section import SOMETIMES, Map, accelerations_at, depends_on_time, looked_at
+from .section import SOMETIMES, Map, accelerations_at, acting_by_time, depends_on_time, looked_at
 from .tolerance import tolerance_of
 
 FORCES = 1e-9
@@ -27,7 +27,10 @@ def check_time(a_map: Map) -> None:
     """Raise ``ValueError`` where a time as section is no period of what drives the model: with a state that is
     relabelled, one after which forces are those of the relabelled state."""
     model, time = a_map.model, a_map.section
-    if not isinstance(time, float) or not depends_on_time(model):
+    if not isinstance(time, float):
+        return
+    _check_events(a_map, time)
+    if not depends_on_time(model):
         return
     n, units = len(model.q_names), a_map.units[len(model.q_names) :]
     A, b = (np.eye(2 * n), np.zeros(2 * n)) if a_map.relabel is None else a_map.relabel
@@ -49,6 +52,25 @@ def check_time(a_map: Map) -> None:
             f"{apart / (changes or size):.2g} of what they change by; expected a period of what drives the model, to "
             "all its digits"
         )
+
+
+def _check_events(a_map: Map, time: float) -> None:
+    """Raise ``ValueError`` where events that do something by the time would come at another phase a ``time`` (s)
+    later."""
+    model = a_map.model
+    names = [one["name"] for one in acting_by_time(model)]
+    numbers = [number for number, one in enumerate(model.data.get("events", ())) if one["name"] in names]
+    instants = time * np.array([0.0, *SOMETIMES])
+    for q, u in looked_at(model) if names else ():
+        states = np.tile(q, (len(instants), 1)), np.tile(u, (len(instants), 1))
+        now, later = (model.kernels.indicators(t, *states) for t in (instants, instants + time))
+        apart = (np.max(np.abs(later[0] - now[0]), axis=0) - FORCES * np.max(now[2], axis=0))[numbers]
+        if a_map.relabel is not None or np.any(apart > 0.0):
+            name = names[int(np.argmax(apart))]
+            raise ValueError(
+                f"section: found {time:.15g} s, after which {name}, an event that does something by the time, is not "
+                "what it was, expected a period of it; without a state that is relabelled"
+            )
 
 
 def check_advance(orbit: Orbit) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -165,6 +166,7 @@ class Map:
             if self.relabel is not None:
                 A, b = self.relabel
                 end, moved = A @ end + b, A @ moved
+            _check_left(run, one)
             runs.append(run)
             time += one
         return tuple(runs), time, np.array(states), end, moved
@@ -239,6 +241,7 @@ class Map:
         assert isinstance(run, Run)
         if not run.success:
             raise ValueError(f"{self.model.name}: {run.message}")
+        _check_left(run, until)
         if isinstance(self.section, float):
             return self._relabelled(*run.at(until))
         return self._relabelled(*self._state_at(run, self._instants(run)[self.crossings - 1]))
@@ -289,6 +292,31 @@ class Map:
         return f"impacts of {' on '.join(self.section)}"
 
 
+def _check_left(run: Run, time: float) -> None:
+    """Raise ``ValueError`` where events have left parameters at a time (s) other than they were where the run began: a
+    motion that begins anew there is another."""
+    if time > run.t[-1]:  # by rounding
+        time = float(run.t[-1])
+    began, now = run.model.parameters, run.model_at(time).parameters
+    for path, value in began.items():
+        if now[path] != value:
+            set_by = [event.name for event in run.events if path in event.parameters] or [
+                event.name for event in run.events if {*event.on, *event.off} & {path.removesuffix(".on")}
+            ]
+            joints = [joint for joint, gate in run.model.joint_gates.items() if gate == path]
+            if joints:
+                raise ValueError(
+                    f"{run.model.name}: found {joints[0]} {'open' if value else 'held'} at the end of a way from the "
+                    f"section back to it, t = {time:.9g} s, expected it as where it begins; let it "
+                    f"{'take hold' if value else 'let go'} before"
+                )
+            raise ValueError(
+                f"{run.model.name}: found {path} at {now[path]:.9g} at the end of a way from the section back to it, "
+                f"t = {time:.9g} s, set by {set_by[-1]}, expected {value:.9g} as where it begins; let an event set it "
+                "back before"
+            )
+
+
 def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
     """The state behind the impacts of an instant."""
     last = [impact for impact in run.impacts if impact.t == time][-1]
@@ -332,6 +360,20 @@ def read_map(
             f"section: found {what} in a model that depends on time, expected the period of what drives it, as a "
             "time: there it would begin at another phase"
         )
+    timed = [one["name"] for one in acting_by_time(model) if not isinstance(where, float) or _set_by_time(one)]
+    if timed:
+        faults.add(
+            f"section: found {timed[0]}, an event that does something by the time, expected events by the state alone: "
+            "each way from the section back to it begins at t = 0"
+        )
+    at_times = [
+        said["joint"] for said in (model.data.get("switching") or {}).get("changes", ()) if said["at"] is not None
+    ]
+    if at_times:
+        faults.add(
+            f"section: found {at_times[0]}, a joint that lets go or takes hold at a given time, once, expected joints "
+            "that do so by the state alone"
+        )
     with faults.collecting():
         need_derivatives(model)
     faults.stop_if_any()
@@ -360,6 +402,21 @@ def _read_section(model: Model, section: Any) -> Section:
         f"section: found {section!r}, expected a time in s above 0, a contact (point, surface), or a coordinate and "
         "its value (name, number)"
     )
+
+
+def acting_by_time(model: Model) -> list[Mapping[str, Any]]:
+    """Events that set, switch or end something where, or to what, the time tells."""
+    acting = (one for one in model.data.get("events", ()) if one["set"] or one["on"] or one["off"] or one["stop"])
+    return [one for one in acting if _has_time(one["when"]) or _set_by_time(one)]
+
+
+def _set_by_time(event: Mapping[str, Any]) -> bool:
+    return any(_has_time(value) for value in event["set"].values() if isinstance(value, str))
+
+
+def _has_time(text: str) -> bool:
+    """Whether an expression of an event has the time in it."""
+    return any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(ast.parse(text, mode="eval")))
 
 
 def depends_on_time(model: Model) -> bool:

@@ -61,7 +61,8 @@ def closing_rates(run: Record, number: int) -> list[float]:
     model: Any = run.in_force.at_impact(number)
     q = run.q[np.searchsorted(run.t, impact.t)]
     if impact.contacts[0] not in model.contacts:
-        return [float(model.closing_speed(impact.contacts[0][0], q, impact.u_minus))]
+        rows = [k for k, row in enumerate(model.rows) if row.rpartition(".")[0] == impact.contacts[0][0]]
+        return [float(np.linalg.norm(model.jacobian(q)[rows] @ impact.u_minus))]
     rates = model.gap_rates(q, impact.u_minus)
     return [float(rates[model.contacts.index(contact)]) for contact in impact.contacts]
 

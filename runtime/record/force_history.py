@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
-from ..model.whole import Whole
 from .outputs import Sample, drive_effort, drive_power, driven_joints, headings_of
 from .peaks import find_peaks
 from .record import Record
@@ -178,16 +177,18 @@ def _passes_a_line(run: Record, before: float, after: float) -> bool:
 
     Of their singular vectors before, w A v = s, the least s shrinks to zero there and w A v has the other sign behind.
     Where several do, as of two linkages alike, no one vector has a partner of its own: what w A v / s of all of them is
-    behind, the identity if nothing happens, has an eigenvalue below zero then. Mechanisms whose joints come and go have
-    no rows in common, and are not looked at.
+    behind, the identity if nothing happens, has an eigenvalue below zero then. Where all joints of the closure are
+    open, all rows are zero and none becomes dependent.
     """
     t = np.array([before, after])
     model: Any = run.in_force.models[int(run.in_force.at(t)[0])]
-    if isinstance(model, Whole) or not len(model.rows):
+    if not len(model.rows):
         return False
     one, other = np.asarray(model.jacobian(run.at(t)[0]), dtype=float)
     left, values, right = np.linalg.svd(one, full_matrices=False)
     rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    if rank == 0:
+        return False
     behind = left[:, :rank].T @ other @ right[:rank].T / values[:rank]
     return bool(np.min(np.linalg.eigvals(behind).real) < 0.0)
 

@@ -14,7 +14,7 @@ def penetration_max(run: Record) -> float:
     """The largest depth (m) over all contacts that are on and all rows; 0 of a model without contacts.
 
     Stops of angles count with the mechanism's length as their lever. Of a run that was put together from pieces, as
-    where a joint lets go, each piece knows its own contacts."""
+    where a joint lets go, each piece knows which contacts are there."""
     pieces = getattr(run.advance, "pieces", ())
     if pieces:
         return max(penetration_max(piece.run) for piece in pieces)

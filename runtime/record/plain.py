@@ -13,7 +13,7 @@ from ..arrays import FloatArray
 
 TEXT, BUFFER = "record", "record_"
 """Arrays of a file: the text, and the numbers of each type one after the other, ``record_float64``."""
-VERSION, VERSION_KEY = 2, "record_version"
+VERSION, VERSION_KEY = 3, "record_version"
 """The number of what the text says, and the array that has it: it grows where records are made otherwise. Files without
 it are of the first."""
 LOST = "lost"

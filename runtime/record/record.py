@@ -110,6 +110,12 @@ class Record:
         return f"<Run of {self.model.name} to t = {self.t[-1]:.6g} s: {found}>"
 
     @property
+    def stretches(self) -> tuple[Record, ...]:
+        """The runs of one model each that this one is put together from, where events have set parameters or switched
+        effects between them."""
+        return (self,)
+
+    @property
     def in_force(self) -> InForce:
         """Which model is in force when: with the parameters of then, and without the effects that are off then."""
         return InForce.of_one(self.model)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..model.model import Model
-from ..model.whole import Whole
 from .plain import Writer
 from .record import Record
 from .tables import arrays
@@ -20,16 +19,13 @@ def saved(run: Record) -> dict[str, Any]:
     """
     named = arrays(run)
     model: Any = run.model
-    main = model.main if isinstance(model, Whole) else model
-    if run.motion is None or not isinstance(main, Model) or main.folder is None:
+    if run.motion is None or not isinstance(model, Model) or model.folder is None:
         return named
-    return named | {"package": np.array(main.folder.name)} | Writer(_told, named).arrays(run)
+    return named | {"package": np.array(model.folder.name)} | Writer(_told, named).arrays(run)
 
 
 def _told(model: Any) -> Any:
-    """What tells a model, or all structures of a mechanism; None for anything else."""
-    if isinstance(model, Whole):
-        return list(model.structures)
+    """What tells a model; None for anything else."""
     if not isinstance(model, Model):
         return None
     assert model.folder is not None

@@ -92,6 +92,7 @@ def _changes(run: Record) -> dict[str, Any]:
         "change_kinds": _texts(change.kind for change in run.changes),
         "change_whys": _texts(change.why for change in run.changes),
         "change_gaps": np.array([change.gap for change in run.changes], dtype=float),
+        "change_energies": np.array([change.energy for change in run.changes], dtype=float),
     }
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -18,6 +20,7 @@ from ..precision import need_doubles
 from ..record.event import ENDED
 from ..record.impact import Impact
 from ..record.record import Record
+from .acting import Change, Stretch, does, pass_end, pass_events
 from .change_points import refuse_parted
 from .held import cannot, pushing, ways_differ
 from .local import Local, at_one
@@ -42,25 +45,37 @@ Passing = Callable[
 """From differences before the impacts of an instant to those behind."""
 
 
+Leg = tuple[Stretch, Steps, list[Held]]
+"""A stretch, its steps, and what is held on each."""
+
 InOrder = Callable[[Model, Moving, Instant, FloatArray], tuple[FloatArray, Passed]]
 """From a difference (2 n, 1) before an instant whose contacts it parts to that behind it."""
 
 
 class Stop(NamedTuple):
-    """A time that was asked for: behind how many of the parts it lies, the state (q, u) there and what is held."""
+    """A time that was asked for: behind how many of the parts it lies, the state (q, u) there, what is held, and the
+    stretch that it is in."""
 
     behind: int
     state: tuple[FloatArray, FloatArray]
     held: Held
+    stretch: Stretch
 
 
 class Course(NamedTuple):
     """A run as what its ``parts`` make of small differences one after the other, ``stops`` at the times that were asked
-    for, and whether it has matrices of its steps or takes differences through them by ``sweeps``."""
+    for, and whether it has matrices of its steps or takes differences through them by ``sweeps``. The ``stretches``
+    begin with the parts of the numbers ``begins``."""
 
     parts: Sequence[Part | Swept]
     stops: Sequence[Stop]
     sweeps: bool
+    stretches: Sequence[Stretch]
+    begins: Sequence[int]
+
+    def stretch_of(self, number: int) -> Stretch:
+        """That of the part of a number."""
+        return self.stretches[bisect_right(self.begins, number) - 1]
 
     def back(self, at_stops: FloatArray, at_impacts: Mapping[float, FloatArray]) -> FloatArray:
         """Covectors (k, D) at the start of the run, of differences of the state there and the arguments.
@@ -77,9 +92,9 @@ class Course(NamedTuple):
             if not number:
                 break
             matrix, passed = self.parts[number - 1].matrix, self.parts[number - 1].passed
-            states = len(matrix)
-            through = found[:, :states] @ matrix
-            through[:, states:] += found[:, states:]
+            moved = len(matrix)
+            through = found[:, :moved] @ matrix
+            through[:, moved:] += found[:, moved:]
             found = through
             if passed is not None and passed.kind == "impact" and passed.t in missing:
                 found += np.outer(missing.pop(passed.t), passed.dt)
@@ -91,18 +106,11 @@ class Course(NamedTuple):
 def check(run: Record) -> Model:
     """The run's model. Raises ``ValueError`` for a run that has no derivatives, with all that stands in their way."""
     model, faults = run.model, Faults()
-    if not isinstance(model, Model):
-        raise ValueError(
-            f"{run.model.name}: found joints that let go or take hold, expected none; runs with them have no "
-            "derivatives"
-        )
+    assert isinstance(model, Model)
     need_doubles(model.precision, model.name, "derivatives of a run")
     name = model.name
     with faults.collecting():
         need_derivatives(model)
-    doing = _doing(run)
-    if doing:
-        faults.add(f"{name}: {doing}")
     if model.kernels.sizes["switches"]:
         faults.add(
             f"{name}: found effects with kinks, expected loads that are smooth: the instants at which they switch "
@@ -128,27 +136,31 @@ def check(run: Record) -> Model:
             f"{name}: found {run.choices} instants at which contacts could as well have stayed as left, expected "
             "none: which of the two a change leads to is undecided"
         )
-    for line, t, why in meetings(run, model):
-        faults.add(f"{name}: found the ends of {line} to meet at t = {t:.9g} s, expected them apart: {why}")
-    for since, held in [] if doing else _held(run):
-        if why := cannot(held, model):
-            faults.add(f"{name}: found no derivative from t = {since:.9g} s on: {why}")
+    for wrong in (*_of_events(run, model), *_of_stretches(run)):
+        faults.add(f"{name}: {wrong}")
     faults.stop_if_any()
     return model
 
 
-def _doing(run: Record) -> str:
-    """What is wrong with the first event of a run that has done something, if any has."""
-    for event in run.events:
-        sets = event.parameters or event.on or event.off
-        if not sets and not (run.message.startswith(ENDED) and event.t == run.t[-1]):
-            continue
-        does = "sets parameters or switches effects" if sets else "ends the run"
-        return (
-            f"found {event.name} at t = {event.t:.9g} s, which {does}, expected events that are only told: what the "
-            "instants of others move by is not differentiated; end the run before it"
+def _of_events(run: Record, model: Model) -> Iterator[str]:
+    """What is wrong with the first event that has done something, if anything is."""
+    doing = [event for event in run.events if does(event)]
+    if doing and "indicators" not in (model.kernels.derivatives or ("indicators",)):
+        yield (
+            f"found {doing[0].name}, of which an earlier version of ccgen has generated no derivatives, expected "
+            "those; generate the model anew"
         )
-    return ""
+
+
+def _of_stretches(run: Record) -> Iterator[str]:
+    """What stands in the way where parameters stay as they are."""
+    for part in run.stretches:
+        assert isinstance(part.model, Model)
+        for line, t, why in meetings(part, part.model):
+            yield f"found the ends of {line} to meet at t = {t:.9g} s, expected them apart: {why}"
+        for since, held in _held(part):
+            if why := cannot(held, part.model):
+                yield f"found no derivative from t = {since:.9g} s on: {why}"
 
 
 def _held(run: Record) -> list[tuple[float, Held]]:
@@ -162,21 +174,57 @@ def _held(run: Record) -> list[tuple[float, Held]]:
     ]
 
 
-def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float], *, forward: bool) -> Course:
+def along(run: Record, stretches: Sequence[Stretch], S: FloatArray, times: Sequence[float], *, forward: bool) -> Course:
     """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
     the inputs that are set. Where they only go ``forward`` and are few, no matrices are formed of its steps."""
-    every, helds = _pieces(run, times)
-    refuse_parted(run, model, moving, every)
-    sweeps = forward and few(S.shape[1], len(helds), moving)
-    steps = _steps(run, model, moving, helds, every, sweeps)
-    parts, stops = list[Part | Swept](), list[Stop]()
+    legs = [(stretch, *_pieces(stretch.run, times)) for stretch in stretches]
+    count = sum(len(helds) for *_, helds in legs)
+    sweeps = forward and few(S.shape[1], count, stretches[0].moving)
+    parts, stops, begins = list[Part | Swept](), list[Stop](), list[int]()
     wanted = list(times)
+    stretch, every, helds = legs[0]
     first = helds[0] if helds else ()
     if first:
-        _check_held(model, moving, float(every.t[0]), (every.q[0], every.u[0]), first, S)
+        _check_held(stretch.model, stretch.moving, float(every.t[0]), (every.q[0], every.u[0]), first, S)
     while wanted and wanted[0] <= run.t[0]:
-        stops.append(Stop(0, (run.q[0], run.u[0]), first))
+        stops.append(Stop(0, (run.q[0], run.u[0]), first, stretch))
         wanted.pop(0)
+    before: Leg | None = None
+    skipped = list[Stretch]()
+    for number, leg in enumerate(legs):
+        stretch, every, helds = leg
+        if not helds:  # joints may let go where the run begins
+            before = leg if leg is legs[0] else before
+            skipped += [stretch] * (leg is not legs[0])
+            continue
+        if before is not None:
+            parts += _between(run, before, leg, skipped)
+        begins.append(len(parts) if begins else 0)
+        refuse_parted(stretch.run, stretch.model, _may_move(stretch.moving) if number else stretch.moving, every)
+        for part, end, state, held in _through(leg, sweeps):
+            parts.append(part)
+            if wanted and end is not None and abs(wanted[0] - end) <= ROUNDING * abs(end):
+                stops.append(Stop(len(parts), state, held, stretch))
+                wanted.pop(0)
+        before, skipped = leg, []
+    if before is not None and before[2]:
+        parts += _ended(run, before)
+    of_steps = [stretch for stretch, _, helds in legs if helds] or [stretches[0]]
+    return Course(parts, stops, sweeps, of_steps, begins or [0])
+
+
+def _may_move(moving: Moving) -> Moving:
+    """The same, with what does not move at first as if it did: events may have set it to what moves."""
+    still = np.logical_not(moving.along.any(axis=1))
+    return replace(moving, along=np.where(still[:, None], 1.0, moving.along))
+
+
+def _through(
+    leg: Leg, sweeps: bool
+) -> Iterator[tuple[Part | Swept, float | None, tuple[FloatArray, FloatArray], Held]]:
+    """The parts of a stretch, of steps with the time and the state (q, u) of their ends, and what is held."""
+    (run, model, moving), every, helds = leg
+    steps = _steps(run, model, moving, helds, every, sweeps)
     joints: dict[float, list[Impact]] = {}
     for impact in run.impacts:
         joints.setdefault(impact.t, []).append(impact)
@@ -185,32 +233,67 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
     instants = [(joints[begins[k]], every.q[k], ways[k]) for k in struck]
     impacts = dict(zip(struck, pass_impacts(model, moving, instants), strict=True))
     for k, end in enumerate(ends):
+        state = every.q1[k], every.u1[k]
         if k in impacts:
-            parts.append(impacts[k])
+            yield impacts[k], None, state, helds[k]
         elif k and ways_differ(*ways[k]):
-            parts.append(pass_change(model, moving, begins[k], every.q[k], every.u[k], ways[k]))
-        parts.append(steps[k])
-        if wanted and abs(wanted[0] - end) <= ROUNDING * abs(end):
-            stops.append(Stop(len(parts), (every.q1[k], every.u1[k]), helds[k]))
-            wanted.pop(0)
-    return Course(parts, stops, sweeps)
+            yield pass_change(model, moving, begins[k], every.q[k], every.u[k], ways[k]), None, state, helds[k]
+        yield steps[k], end, state, helds[k]
 
 
-def carried(
-    course: Course, model: Model, moving: Moving, S: FloatArray, in_order: InOrder | None = None
-) -> tuple[FloatArray, tuple[Passed, ...]]:
-    """Differences (times, 2 n, columns) at the stops of a course that begin with S (2 n, columns), and the instants
-    that were passed, under the inputs that are set. ``in_order`` takes them through instants whose contacts they part.
+def _between(run: Record, before: Leg, after: Leg, skipped: Sequence[Stretch]) -> list[Part]:
+    """What comes where one stretch goes over into another: events that do something, joints that change, or what comes
+    within a stretch too. Those that are ``skipped`` took no time."""
+    (first, model, moving), _, helds = before
+    t, q, u = float(first.t[-1]), first.q[-1], first.u[-1]
+    ways = helds[-1] if helds else (), after[2][0]
+    impacts = [impact for impact in first.impacts if impact.t == t]
+    others = [impact for impact in after[0].run.impacts if impact.t == t]
+    events = [event for event in run.events if event.t == t and does(event)]
+    joints = [change for change in run.changes if change.t == t]
+    if events or joints:
+        if others or float(after[1].t[0]) != t:
+            what = "contacts strike at once" if others else "another event comes at once"
+            name = events[0].name if events else joints[0].joint
+            raise ValueError(
+                f"{model.name}: found {name} at t = {t:.9g} s, behind which {what}, expected motion to go on from "
+                "there; end the run before it"
+            )
+        begins = after[1].q[0], after[1].u[0]
+        holds = [impact for impact in run.impacts if impact.t == t and impact.contacts[0][1] == "hold"]
+        change = Change(t, q, u, begins, ways, impacts, events, joints, holds, skipped)
+        return [pass_events(before[0], after[0], change)]
+    if not helds:
+        return []
+    if impacts or others:
+        return pass_impacts(model, moving, [([*impacts, *others], q, ways)])
+    return [pass_change(model, moving, t, q, u, ways)] if ways_differ(*ways) else []
+
+
+def _ended(run: Record, last: Leg) -> list[Part]:
+    """The instant of the event that has ended a run, if one has."""
+    t = float(run.t[-1])
+    names = run.message.removeprefix(ENDED).partition(" by ")[2].split(" and ") if run.message.startswith(ENDED) else []
+    ends = [event for event in run.events if event.t == t and event.name in names]
+    stretch, every, helds = last
+    found = [pass_end(stretch, t, (every.q1[-1], every.u1[-1]), helds[-1], event) for event in ends[:1]]
+    return [part for part in found if part is not None]
+
+
+def carried(course: Course, S: FloatArray, in_order: InOrder | None = None) -> tuple[FloatArray, tuple[Passed, ...]]:
+    """Differences (times, D, columns) of the state and the arguments at the stops of a course that begin with S (2 n,
+    columns), and the instants that were passed, under the inputs that are set. ``in_order`` takes them through instants
+    whose contacts they part.
 
     Raises ``ValueError`` for columns that keep a part from having one matrix."""
-    states, found, passed = len(S), list[FloatArray](), list[Passed]()
+    found, passed = list[FloatArray](), list[Passed]()
     at_instants: dict[int, FloatArray] = {}
-    whole = np.vstack([S, moving.along])
+    whole = np.vstack([S, course.stretches[0].moving.along])
     behind = [stop.behind for stop in course.stops]
-    number, last = 0, len(course.parts)
+    number, last, states = 0, len(course.parts), len(S)
     while True:
         if number in behind:
-            found += [whole[:states].copy()] * behind.count(number)
+            found += [whole.copy()] * behind.count(number)
         if number == last:
             break
         part = course.parts[number]
@@ -230,13 +313,15 @@ def carried(
         except Parted:
             if in_order is None or part.instant is None:
                 raise
-            whole[:states], one = in_order(model, moving, part.instant, whole[:states].copy())
+            _, model, moving = course.stretch_of(number - 1)
+            now = replace(moving, along=whole[states:].copy())
+            whole[:states], one = in_order(model, now, part.instant, whole[:states].copy())
             passed.append(one)
             continue
         if part.passed is not None:
             at_instants[len(passed)] = whole.copy()
             passed.append(part.passed)
-        whole[:states] = part.through(whole)
+        whole[: len(part.matrix)] = part.through(whole)
     if at_instants:
         of_columns = by_columns([passed[k] for k in at_instants], np.array(list(at_instants.values())))
         for k, one in zip(at_instants, of_columns, strict=True):

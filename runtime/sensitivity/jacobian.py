@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -17,6 +18,7 @@ from ..model.numbers import read_numbers
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
+from .acting import Stretch, does, stretches_of
 from .along import Course, InOrder, along, carried, check
 from .moving import Moving, Wrt, moving_of
 from .passing import Passed
@@ -86,8 +88,8 @@ def run_sensitivities(
     count = len(asked.moving.columns)
     numbers = sum(value.size for value in told.values())
     adjoint = mode == "adjoint" or (mode == "auto" and numbers < count and not asked.course.sweeps)
-    with asked.model.given(asked.inputs):
-        S, passed = carried(asked.course, asked.model, asked.moving, asked.S, in_order)
+    with under(asked.stretches, asked.inputs):
+        S, passed = carried(asked.course, asked.S, in_order)
     moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked, S, passed)
     derived, first = {}, 0
     for name, value in told.items():
@@ -117,8 +119,8 @@ def run_vjp(
             "outputs"
         )
     if any(part.checks for part in asked.course.parts):
-        with asked.model.given(asked.inputs):
-            carried(asked.course, asked.model, asked.moving, asked.S)  # raises for columns that have no derivative
+        with under(asked.stretches, asked.inputs):
+            carried(asked.course, asked.S)  # raises for columns that have no derivative
     pulled = _pulled_back(asked, np.atleast_2d(found))
     return pulled if found.ndim == 2 else pulled[0]
 
@@ -130,8 +132,8 @@ class Asked:
     was given instead of a row of times."""
 
     run: Record
-    model: Model
     moving: Moving
+    stretches: Sequence[Stretch]
     inputs: Values | None
     outputs: Sequence[Output]
     stops: FloatArray
@@ -167,11 +169,20 @@ def _followed(
     assert moving is not None
     stops = np.array(sorted(set(times.tolist())))
     places = np.searchsorted(stops, times)
-    with model.given(inputs):
+    stretches = stretches_of(run, moving)
+    with under(stretches, inputs):
         S = _start_moves(model, moving, run, given)
-        course = along(run, model, moving, S, stops.tolist(), forward=forward)
+        course = along(run, stretches, S, stops.tolist(), forward=forward)
     single = at is None or np.ndim(at) == 0
-    return Asked(run, model, moving, inputs, chosen, stops, places, single, S, course)
+    return Asked(run, stretches[0].moving, stretches, inputs, chosen, stops, places, single, S, course)
+
+
+def under(stretches: Sequence[Stretch], inputs: Values | None) -> ExitStack:
+    """A block in which the models of all stretches have these inputs."""
+    with ExitStack() as block:
+        for stretch in stretches:
+            block.enter_context(stretch.model.given(inputs))
+        return block.pop_all()
 
 
 def _values(asked: Asked) -> list[FloatArray]:
@@ -183,7 +194,7 @@ def _values(asked: Asked) -> list[FloatArray]:
             continue
         named = _named(asked.run, output, asked.stops)
         each = [
-            values(asked.model, output, t, stop.state, {str(output): named[k]} if named is not None else {})
+            values(stop.stretch.model, output, t, stop.state, {str(output): named[k]} if named is not None else {})
             for k, (t, stop) in enumerate(zip(asked.stops.tolist(), asked.course.stops, strict=True))
         ]
         told = np.array(each)[asked.places]
@@ -192,13 +203,13 @@ def _values(asked: Asked) -> list[FloatArray]:
 
 
 def _moved(asked: Asked, S: FloatArray, passed: Sequence[Passed]) -> FloatArray:
-    """All outputs one below the other, (numbers, columns), by differences S (stops, 2 n, columns) that went along."""
+    """All outputs one below the other, (numbers, columns), by differences S (stops, D, columns) that went along."""
     parts = [np.zeros((0, len(asked.moving.columns)))]
     for output in asked.outputs:
         if output == TIMES:
             parts.append(_impact_times(asked.run, asked.moving, passed))
             continue
-        each = _at_stops(asked, output, asked.moving, S)
+        each = _at_stops(asked, output, S)
         parts += [each[place] for place in asked.places]
     return np.vstack(parts)
 
@@ -207,8 +218,7 @@ def _pulled_back(asked: Asked, covectors: FloatArray) -> FloatArray:
     """Covectors (k, numbers) of all outputs one below the other as those of the columns, (k, columns)."""
     moving = asked.moving
     D = len(moving.directions.columns)
-    unit = np.eye(D)
-    one_by_one = replace(moving, along=unit[moving.states :])
+    one_by_one = np.broadcast_to(np.eye(D), (len(asked.course.stops), D, D))
     at_stops = np.zeros((len(asked.course.stops), len(covectors), D))
     at_impacts: dict[float, FloatArray] = {}
     first = 0
@@ -218,9 +228,7 @@ def _pulled_back(asked: Asked, covectors: FloatArray) -> FloatArray:
                 at_impacts[impact.t] = at_impacts.get(impact.t, 0.0) + covectors[:, first]
                 first += 1
             continue
-        each = _at_stops(
-            asked, output, one_by_one, np.broadcast_to(unit[: moving.states], (len(at_stops), moving.states, D))
-        )
+        each = _at_stops(asked, output, one_by_one)
         for place in asked.places:
             rows = each[place]
             at_stops[place] += covectors[:, first : first + len(rows)] @ rows
@@ -229,10 +237,11 @@ def _pulled_back(asked: Asked, covectors: FloatArray) -> FloatArray:
     return np.asarray(found @ np.vstack([asked.S, moving.along]))
 
 
-def _at_stops(asked: Asked, output: Output, moving: Moving, S: FloatArray) -> list[FloatArray]:
-    """What an output moves by at each stop, (numbers, columns), along differences S (stops, 2 n, columns)."""
+def _at_stops(asked: Asked, output: Output, S: FloatArray) -> list[FloatArray]:
+    """What an output moves by at each stop, (numbers, columns), along differences S (stops, D, columns)."""
+    arguments = asked.moving.arguments
     return [
-        np.atleast_2d(moves(asked.model, moving, output, t, stop.state, one, stop.held, asked.inputs))
+        np.atleast_2d(moves(stop.stretch.model, arguments, output, t, stop.state, one, stop.held, asked.inputs))
         for t, stop, one in zip(asked.stops.tolist(), asked.course.stops, S, strict=True)
     ]
 
@@ -259,7 +268,8 @@ def _named(run: Record, output: Output, times: FloatArray) -> FloatArray | None:
 def _times(run: Record, at: ArrayLike | None) -> FloatArray:
     """Times (s) at which outputs are read: the end of the run unless given.
 
-    Raises ``ValueError`` for times outside of the run, and for those of impacts, where the state jumps.
+    Raises ``ValueError`` for times outside of the run, and for those of impacts, of events that do something, and at
+    which joints let go or take hold, where the state or its derivatives jump.
     """
     times = np.atleast_1d(read_numbers(run.t[-1] if at is None else at, "at"))
     faults = Faults()
@@ -272,13 +282,26 @@ def _times(run: Record, at: ArrayLike | None) -> FloatArray:
             faults.add(
                 f"at: found {t:.9g} s, the time of an impact, at which the state jumps, expected a time beside it"
             )
+        for event in run.events:
+            if event.t == t and does(event):
+                faults.add(
+                    f"at: found {t:.9g} s, the time of {event.name}, which sets or switches something, so that "
+                    "derivatives jump, expected a time beside it"
+                )
+                break
+        for change in run.changes:
+            if change.t == t and change.kind == "release":
+                faults.add(
+                    f"at: found {t:.9g} s, the time at which {change.joint} lets go, so that derivatives jump, "
+                    "expected a time beside it"
+                )
     faults.stop_if_any()
     return np.asarray(times, dtype=float)
 
 
 def _inputs(run: Record, model: Model) -> Any:
     """The constant values of the run's inputs."""
-    given = getattr(run.advance, "inputs", None)
+    given = getattr(run.stretches[0].advance, "inputs", None)
     if callable(given) or isinstance(given, str) or (isinstance(given, Mapping) and "t" in given):
         what = "a controller" if callable(given) or isinstance(given, str) else "a table over time"
         raise ValueError(

@@ -8,7 +8,7 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; doc
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -51,18 +51,21 @@ Check = Callable[[FloatArray], None]
 class Passed:
     """An instant ``t`` (s) that small differences have passed.
 
-    ``contacts`` are those that struck, or slid until then. ``dt`` (columns,) is by what the instant moves, s per unit
-    of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever that has
-    moved: the derivative of the map onto a section. ``matrix`` (2 n, 2 n) is the saltation matrix, in units of the
-    mechanism; where one direction passed that parted its contacts, what that does to this direction alone.
+    ``contacts`` are those that struck, or slid until then, ``events`` those of the scene that set or switched something
+    there, or ended the run, ``joints`` are what let go or took hold. ``dt`` (columns,) is by what the instant moves, s
+    per unit of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever
+    that has moved: the derivative of the map onto a section. ``matrix`` (2 n, 2 n) is the saltation matrix, in units of
+    the mechanism; where one direction passed that parted its contacts, what that does to this direction alone.
     """
 
     t: float
-    kind: Literal["impact", "sliding ends", "force ends"]
+    kind: Literal["impact", "sliding ends", "force ends", "event", "release"]
     contacts: tuple[tuple[str, str], ...]
     dt: FloatArray
     behind: FloatArray
     matrix: FloatArray
+    events: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
 
     @cached_property
     def growth(self) -> float:
@@ -77,8 +80,7 @@ def by_columns(instants: Sequence[Passed], whole: FloatArray) -> list[Passed]:
     dt = (np.array([one.dt for one in instants])[:, None] @ whole)[:, 0]
     behind = np.array([one.behind for one in instants]) @ whole
     return [
-        Passed(one.t, one.kind, one.contacts, its_dt, its_behind, one.matrix)
-        for one, its_dt, its_behind in zip(instants, dt, behind, strict=True)
+        replace(one, dt=its_dt, behind=its_behind) for one, its_dt, its_behind in zip(instants, dt, behind, strict=True)
     ]
 
 
@@ -92,7 +94,8 @@ Instant = tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]
 
 class Part(NamedTuple):
     """What a part of a run makes of small differences: a ``matrix`` (2 n, D) from those of the state and the arguments
-    before it to those of the state behind it, and ``checks`` of the columns before it.
+    before it to those of the state behind it, (D, D) to those of the arguments too where it changes these, and
+    ``checks`` of the columns before it.
 
     Of an instant that is passed, ``passed`` has rows by all D directions instead of columns; ``instant`` is that of
     impacts.
@@ -104,7 +107,7 @@ class Part(NamedTuple):
     instant: Instant | None = None
 
     def through(self, whole: FloatArray) -> FloatArray:
-        """Differences (2 n, columns) behind the part, of those (D, columns) before it."""
+        """Differences behind the part, (2 n, columns) or (D, columns), of those (D, columns) before it."""
         return np.asarray(self.matrix @ whole)
 
 
@@ -137,7 +140,7 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
         for number, i in enumerate(others.tolist()):
             jumps[i], kept[i] = _struck(Local(apart, number), instants[i][0], np.eye(2 * n, D)[n:])
     matrices, behind = _salted(there, jumps, dt, np.concatenate([u_plus, after], axis=1))
-    parts, units = [], _in_units(model, matrices)
+    parts, units = [], in_units(model, matrices)
     for i, (impacts, _, _) in enumerate(instants):
         checks = [_there(there[i], check) for check in kept[i]]
         if len(impacts) > 1 or len(contacts[i]) > 1:
@@ -293,7 +296,7 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
     there = np.eye(D)
     there[: 2 * n] += np.outer(np.concatenate([u, before]), dt)
     matrices, behind = _salted(there[None], np.eye(2 * n, D)[None, n:], dt[None], np.hstack([u, after])[None])
-    passed = Passed(t, "sliding ends", names, dt, behind[0], _in_units(model, matrices)[0])
+    passed = Passed(t, "sliding ends", names, dt, behind[0], in_units(model, matrices)[0])
     return Part(matrices[0], (check,) if len(ended) > 1 else (), passed)
 
 
@@ -306,7 +309,7 @@ def _accelerations(
     return before, after
 
 
-def _in_units(model: Model, matrices: FloatArray) -> FloatArray:
+def in_units(model: Model, matrices: FloatArray) -> FloatArray:
     """By the state alone, (b, 2 n, 2 n), in units of the mechanism."""
     unit = model.coordinate_units
     units = np.concatenate([unit, unit / characteristic_time(model)])

@@ -55,11 +55,14 @@ def shutting_of(model: Model, moving: Moving, held: Held, t: FloatArray, q: Floa
 
 
 def _rows(at: Places, held: Held, u: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Rows that a motion keeps, and by what they change, (b, rows, n) and (b, rows, D): of places, and of rates at
-    u."""
+    """Rows that a motion keeps, of those that are on, and by what they change, (b, rows, n) and (b, rows, D): of
+    places, and of rates at u."""
     chosen = [contact for contact, _ in pushing(held)]
     sticks = [contact for contact, how in pushing(held) if how == "sticks"]
     R, places, rates = at.closure_rows, at.closure_moves(), at.closure_rates_move(u)
+    on = at.model.kernels.rows_on
+    if len(on) < R.shape[1]:  # the others vanish, as rows do that depend on others
+        R, places, rates = R[:, on], places[:, on], rates[:, on]
     if chosen:
         R = np.concatenate([R, at.gap_rows[:, chosen]], axis=1)
         places = np.concatenate([places, at.gaps_move()[:, chosen]], axis=1)

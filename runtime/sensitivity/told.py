@@ -16,7 +16,6 @@ from ..model.inputs import Values
 from ..model.model import Model
 from ..model.numbers import read_numbers, told
 from ..model.places import places_of
-from .moving import Moving
 
 Function = Callable[[float, FloatArray, FloatArray], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """From t, q (n,) and u (n,) values (k,) or a number, and their derivatives (k, n) by q and by u."""
@@ -65,17 +64,19 @@ def label(output: Output) -> str:
 
 def moves(
     model: Model,
-    moving: Moving,
+    arguments: Sequence[str],
     output: Output,
     t: float,
     state: tuple[FloatArray, FloatArray],
-    S: FloatArray,
+    whole: FloatArray,
     held: Held,
     inputs: Values | None,
 ) -> FloatArray:
-    """What an output moves by at one time, (columns,) or (k, columns)."""
+    """What an output moves by at one time, (columns,) or (k, columns), where state and ``arguments`` move by ``whole``
+    (D, columns)."""
     q, u = state
     n = len(q)
+    S = whole[: 2 * n]
     if output == "q":
         return S[:n]
     if output == "u":
@@ -90,7 +91,7 @@ def moves(
             f"outputs: found {output} at t = {t:.9g} s, where contacts are held, expected a time in flight: forces "
             "have derivatives there alone"
         )
-    by: dict[str, Any] = {"q": S[:n], "u": S[n:]} | dict(zip(moving.arguments, moving.along, strict=True))
+    by: dict[str, Any] = {"q": S[:n], "u": S[n:]} | dict(zip(arguments, whole[2 * n :], strict=True))
     found = model.derivatives(of, q, u, t, inputs, by, () if model.contacts else None)
     return np.asarray(found[index])
 

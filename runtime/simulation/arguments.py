@@ -54,6 +54,12 @@ class Settings(NamedTuple):
     own_rtol: float
 
 
+def _breaking(model: Model) -> str:
+    """The first joint that lets go at a force or an impulse; empty where none does."""
+    changes = (model.data.get("switching") or {}).get("changes", ())
+    return next((str(one["joint"]) for one in changes if one["force"] or one["impulse"]), "")
+
+
 def settings_of(
     model: Model,
     until: float | None,
@@ -100,6 +106,11 @@ def settings_of(
             check_positive("atol", atol)
     with faults.collecting():
         check_method(name, step)
+    if name == TIME_STEPPING and (breaking := _breaking(model)):
+        faults.add(
+            f"method: found {name!r}, expected one that finds impacts, because {breaking} lets go at a force or an "
+            "impulse, which steps over impacts do not tell; choose another"
+        )
     if step is not None:
         with faults.collecting():
             check_step(step, end)

@@ -1,8 +1,8 @@
-"""A run through the events that its scene asks for (docs/theory.md, section 5.17)."""
+"""A run through the events that its scene asks for, and through joints that let go and take hold (docs/theory.md,
+sections 5.15 and 5.17)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,32 +12,24 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..faults import Faults, UnknownName
-from ..loading.structures import structures_of
 from ..model.model import Model, with_params
 from ..model.tolerances import joint_miss
-from ..model.whole import Whole
 from ..record.event import ENDED, Event
 from ..record.hybrid_state import HybridState
+from ..record.impact import Impact
+from ..record.joint_change import JointChange
 from ..run import Run
 from .advance import Advance
 from .arguments import check_until
-from .crossings import Crossing, Seen, Signal, Watched, seen, signals_of
 from .dead_point import Way
-from .growing import Enough, Look, at_the_start, sure_rows, wanted
+from .joint_changes import broken_by, fits, gate_of, take_hold, why, with_gate
 from .one_run import simulate_one
-from .pieces import Piece, SwitchedRun, number_at
-from .quantities import Quantity
-from .stretches import cut, strung
-from .switching import STRETCHES, simulate_switching
-from .watch import TOGETHER, Located, Watch
-from .watching import certain
+from .pieces import Piece
+from .stretches import strung
+from .watch import TOGETHER, Crossing, Located, Signal, Watch, changes_of, signals_of
 
 MOST_CHANGES = 10_000
-"""Events of a run that set something; more are taken for a parameter that is set to and fro without end."""
-SAME = 1e-9
-"""An event that has cut a run through structures, and comes again within this part of the time, or of the duration, is
-the same: the run up to there is made again, and ends nearer or farther from zero than its first making by the error of
-its steps."""
+"""Instants of a run at which something is set or changes; more are taken for one to and fro without end."""
 STOP = "stop"
 """What a function of an event answers for the run to end there."""
 
@@ -47,13 +39,11 @@ OnEvent = Mapping[str, Callable[[Event], Answer]]
 
 @dataclass(frozen=True)
 class Safe:
-    """As far as a run has been looked at: what it is where it is interrupted. Along the last of its ``pieces`` the
-    ``crossings`` are events beside those before."""
+    """As far as a run has gone: what it is where it is interrupted."""
 
     pieces: tuple[Piece, ...]
     events: tuple[Event, ...]
-    crossings: tuple[Crossing, ...]
-    counts: Mapping[str, int]
+    joints: tuple[JointChange, ...]
     changed: frozenset[str]
 
 
@@ -61,16 +51,15 @@ class Safe:
 class Course:
     """Where a run with events is, and what it has left.
 
-    ``model`` has the values of now, gates of effects among them. ``structure`` is what the mechanism is, where joints
-    let go and take hold; ``q``, ``u`` are its state, and ``memory`` is all that a run goes on from, where it goes on as
-    it was; where not, ``latched`` is what effects hold.
+    ``model`` has the values of now, gates of effects and joints among them; ``q``, ``u`` are its state, and ``memory``
+    is all that a run goes on from, where it goes on as it was; where not, ``latched`` is what effects hold. ``joints``
+    are the changes of joints so far, and ``struck`` the impacts by which some take hold where the next piece begins.
     """
 
     model: Model
     signals: tuple[Signal, ...]
     on_event: OnEvent
     t: float = 0.0
-    structure: int = 0
     q: ArrayLike | None = None
     u: ArrayLike | None = None
     memory: HybridState | None = None
@@ -79,10 +68,11 @@ class Course:
     changed: frozenset[str] = frozenset()
     begun: bool = False
     armed: list[bool] = field(default_factory=list)
-    cut_at: dict[int, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     pieces: list[Piece] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+    joints: list[JointChange] = field(default_factory=list)
+    struck: tuple[Impact, ...] = ()
     given: float = 0.0
     nfev: int = 0
     changes: int = 0
@@ -91,14 +81,18 @@ class Course:
 
     @property
     def said(self) -> Sequence[Mapping[str, Any]]:
-        said: Sequence[Mapping[str, Any]] = self.model.data["events"]
+        said: Sequence[Mapping[str, Any]] = self.model.data.get("events", ())
         return said
 
-    def interrupts(self, signal: int) -> bool:
-        """Whether the next instant of a signal may be one after which the run is another."""
-        said = self.said[self.signals[signal].event]
-        ends = said["stop"] and self.counts.get(said["name"], 0) + 1 >= said["stop"]
-        return bool(ends or said["set"] or said["on"] or said["off"] or said["name"] in self.on_event)
+    def change(self, signal: int) -> Mapping[str, Any] | None:
+        """What is said of the change of a joint that a signal tells; ``None`` of an event."""
+        number = self.signals[signal].event - len(self.said)
+        return None if number < 0 else changes_of(self.model)[number]
+
+    def may_come(self) -> list[bool]:
+        """Which signals tell something that can come: not those of joints that are so already."""
+        changes = map(self.change, range(len(self.signals)))
+        return [said is None or fits(self.model, said) for said in changes]
 
 
 def simulate_with_events(
@@ -112,7 +106,8 @@ def simulate_with_events(
     state: HybridState | None = None,
     **options: Any,
 ) -> Run:
-    """The run of a model whose scene has events, with the arguments of :func:`~..simulate.simulate`."""
+    """The run of a model whose scene has events, or joints that let go or take hold, with the arguments of
+    :func:`~..simulate.simulate`."""
     faults = Faults()
     with faults.collecting():
         model = with_params(model, params)
@@ -124,28 +119,31 @@ def simulate_with_events(
     faults.stop_if_any()
     if isinstance(state, HybridState):
         model = model.with_parameters(_set_before(model, state, params))
-    signals = signals_of(model.data["events"])
-    armed = [False] * len(signals)
-    course = Course(model, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
+    signals = signals_of(model)
+    course = Course(model, signals, on_event or {}, q=q0, u=u0, memory=state)
     if isinstance(state, HybridState):
         course.t, course.changed = state.t, state.changed
+    course.armed = [_at_once(course, k, first=state is None) for k in range(len(signals))]
     try:
         message = _run_on(course, float(end), options)
     except KeyboardInterrupt:
         if course.safe is None or not options["keep_interrupted"]:
             raise
         return _interrupted(course, course.safe)
-    run = strung(course.pieces, course.events, course.nfev, message, course.changed)
+    run = strung(course.pieces, course.events, course.joints, course.nfev, message, course.changed)
     return replace(run, success=False) if course.failed else run
 
 
+def _at_once(course: Course, signal: int, first: bool) -> bool:
+    """Whether what a signal tells comes where it is looked for from now on, if it is not below zero: a force that is
+    too large, and where the run begins the ``first`` time a time."""
+    said = course.change(signal)
+    return said is not None and fits(course.model, said) and bool(said["force"] or (first and said["at"] is not None))
+
+
 def _interrupted(course: Course, safe: Safe) -> Run:
-    """The run as far as it has been looked at."""
-    course.counts = dict(safe.counts)
-    events = [*safe.events, *(_event(course, crossing, safe.pieces[-1].run) for crossing in safe.crossings)]
-    counted = any(piece.run is safe.pieces[-1].run for piece in course.pieces)
-    nfev = course.nfev + (0 if counted else safe.pieces[-1].run.nfev)
-    run = strung(safe.pieces, events, nfev, None, safe.changed)
+    """The run as far as it has gone."""
+    run = strung(safe.pieces, safe.events, safe.joints, course.nfev, None, safe.changed)
     if run.success:  # of a stretch that was whole
         return replace(run, success=False, message=f"stopped at t = {run.t[-1]:.12g} s: interrupted")
     return run
@@ -183,45 +181,40 @@ def _known(names: Sequence[str]) -> str:
 
 def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
     """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
-    interrupting, switching = _interrupting(course), course.model.data.get("switching") is not None
     while True:
-        until = _border(course, end) if interrupting and switching else end
+        watch = Watch(course.signals, course.armed, _halts(course))
         try:
-            run, found = _looked_at(course, until, options)
+            run = _stretch(course, end, options, watch)
         except ValueError as error:
             if not course.pieces:
                 raise
             return _stuck(course, error)
+        found = watch.along(run)
         now, later = _groups(course, found, run)
         for crossing in now:
-            course.events.append(_event(course, crossing, run))
+            course.events.append(_event(course, crossing))
         if not later:
             if not run.success or run.t[-1] >= end:
                 course.pieces.append(_piece(course, run))
                 return None
-            _keep(course, run, found, float(np.nextafter(run.t[-1], np.inf)), {one.signal for one in now})
-            course.safe = Safe((*course.pieces,), (*course.events,), (), dict(course.counts), course.changed)
+            _keep(course, run, found, {one.signal for one in now})
+            course.safe = Safe((*course.pieces,), (*course.events,), (*course.joints,), course.changed)
             continue
         t = later[0].t
-        if switching and t < run.t[-1]:
-            struck = t == run.t[0] or any(impact.t == t for impact in run.impacts)
-            run = cut(run, t) if struck else _stretch(course, t, options)
-        came = {one.signal for one in later} | {one.signal for one in now if _together(course, one.t, t)}
-        _keep(course, run, found, t, came)
-        if switching:
-            course.cut_at |= dict.fromkeys(came, t)
-        message = _happen(course, later, run)
+        _keep(
+            course,
+            run,
+            found,
+            {*(one.signal for one in now if _together(course, one.t, t)), *(one.signal for one in later)},
+        )
+        message = _happen(course, later)
         if message is not None:
             return _close(course, options) or message
         course.changes += 1
         if course.changes > MOST_CHANGES:
             course.failed = True
-            return f"stopped at t = {course.t:.12g} s: events set parameters without end; change when they come"
-
-
-def _interrupting(course: Course) -> bool:
-    """Whether an event may come after which the run is another."""
-    return any(course.interrupts(k) for k in range(len(course.signals))) or any(one["stop"] for one in course.said)
+            what = "events set parameters" if course.said else "joints let go and take hold"
+            return f"stopped at t = {course.t:.12g} s: {what} without end; change when they come"
 
 
 def _halts(course: Course) -> list[int] | None:
@@ -231,95 +224,37 @@ def _halts(course: Course) -> list[int] | None:
         changes = one["set"] or one["on"] or one["off"] or one["name"] in course.on_event
         left = one["stop"] - course.counts.get(one["name"], 0) if one["stop"] else -1
         found.append(1 if changes else max(left, 1) if one["stop"] else -1)
+    found += [1] * len(changes_of(course.model))
     return found if max(found) > 0 else None
 
 
-def _border(course: Course, end: float) -> float:
-    """How far the run goes before it is looked at."""
-    stretch = course.model.duration / STRETCHES
-    border = stretch * (math.floor(course.t / stretch) + 1)
-    return min(end, border if border > course.t else border + stretch)
-
-
-def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tuple[Run, tuple[Watched | Located, ...]]:
-    """A run from where the course is to ``until``, or as far as it is sure what changes it first, and what
-    comes along it."""
-    if course.model.data.get("switching") is None:
-        watch = Watch([(one.event, one.sign) for one in course.signals], course.armed, _halts(course))
-        run = _stretch(course, until, options, None, watch)
-        return run, watch.along(run)
-    before: Seen | None = None
-    changes = _interrupting(course)
-
-    def look(run: Run) -> int:
-        nonlocal before
-        earlier, before = before, seen(before, run, course.signals, course.armed)
-        now, later = _groups(course, before.found, run)
-        if later and certain(later[0].t, float(run.t[-1]), course.model.duration):
-            raise Enough(look)
-        sure = None if later else sure_rows(None if earlier is None else earlier.run, run, changes)
-        if sure is not None:
-            came = tuple(one for one in now if one.t <= sure.t[-1])
-            pieces = (*course.pieces, _piece(course, sure))
-            course.safe = Safe(pieces, tuple(course.events), came, dict(course.counts), course.changed)
-        return wanted(len(run.t))
-
-    try:
-        run = _stretch(course, until, options, look)
-    except Enough:
-        assert before is not None
-        course.nfev += before.run.nfev
-        return before.run, before.found
-    return run, seen(before, run, course.signals, course.armed).found
-
-
-def _stretch(
-    course: Course,
-    until: float,
-    options: Mapping[str, Any],
-    look: Look | None = at_the_start,
-    watch: Watch | None = None,
-) -> Run:
+def _stretch(course: Course, until: float, options: Mapping[str, Any], watch: Watch | None = None) -> Run:
     """A run from where the course is. Raises ``ValueError`` where what has been set has opened the loops."""
+    given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, **options}
     if course.begun and course.memory is None:
         _check_closed(course)
-    switching = course.model.data.get("switching") is not None
-    make: Callable[..., Run] = simulate_switching if switching else simulate_one
-    given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, "look": look, **options}
-    if course.begun and course.memory is None:
-        begin = {"begin": course.t, "latched": course.latched}
-        given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
-    if watch is not None:
-        given["watch"] = watch
+        given |= {"begin": course.t, "latched": course.latched}
     start = (None, None) if course.memory is not None and course.begun else (course.q, course.u)
-    run = make(course.model, *start, way=course.way, **given)
+    run = simulate_one(course.model, *start, way=course.way, watch=watch, **given)
     course.nfev += run.nfev
     return run
 
 
-def _groups(course: Course, found: Sequence[Watched | Located], run: Run) -> tuple[list[Crossing], list[Crossing]]:
-    """Instants along a run in the order of time before the first after which it is another, and those of that one.
-
-    What comes together with an impact comes at its instant, to the last digit.
-    """
-    struck = np.array([impact.t for impact in run.impacts])
-    every: list[Crossing] = []
-    for number, of_signal in enumerate(found):
-        since = course.cut_at.get(number, -math.inf)
-        for t in of_signal.times:
-            if t - since <= SAME * max(abs(t), course.model.duration):
-                continue
-            near = struck[np.abs(struck - t) <= TOGETHER * max(abs(t), course.model.duration)]
-            near = near if isinstance(of_signal, Watched) else near[:0]  # the core has done so
-            at = float(near[np.argmin(np.abs(near - t))]) if near.size else t
-            every.append(Crossing(at, number, of_signal.states.get(at)))
+def _groups(course: Course, found: Sequence[Located], run: Run) -> tuple[list[Crossing], list[Crossing]]:
+    """Instants along a run in the order of time before the first after which it is another, and those of that one."""
+    every = [
+        Crossing(t, number, state) for number, of_signal in enumerate(found) for t, state in of_signal.states.items()
+    ]
     every.sort(key=lambda one: (one.t, one.signal))
     counted = dict(course.counts)
     for index, one in enumerate(every):
-        said = course.said[course.signals[one.signal].event]
-        counted[said["name"]] = counted.get(said["name"], 0) + 1
-        changes = said["set"] or said["on"] or said["off"] or said["name"] in course.on_event
-        if changes or (said["stop"] and counted[said["name"]] >= said["stop"]):
+        changes = course.change(one.signal) is not None
+        if not changes:
+            said = course.said[course.signals[one.signal].event]
+            counted[said["name"]] = counted.get(said["name"], 0) + 1
+            changes = said["set"] or said["on"] or said["off"] or said["name"] in course.on_event
+            changes = changes or (said["stop"] and counted[said["name"]] >= said["stop"])
+        if changes:
             first = index
             while first and _together(course, every[first - 1].t, one.t):
                 first -= 1
@@ -335,87 +270,135 @@ def _together(course: Course, one: float, other: float) -> bool:
     return abs(one - other) <= TOGETHER * max(abs(other), course.model.duration)
 
 
-def _keep(course: Course, run: Run, found: Sequence[Watched | Located], t: float, came: set[int]) -> None:
-    """Take a run for the next stretch, up to ``t`` (s); the signals that ``came`` there have to go below zero again."""
+def _keep(course: Course, run: Run, found: Sequence[Located], came: set[int]) -> None:
+    """Take a run for the next stretch; the signals that ``came`` at its end have to go below zero again."""
     course.pieces.append(_piece(course, run))
-    course.given = 0.0
+    course.given, course.struck = 0.0, ()
     course.t = float(run.t[-1])
     course.memory, course.begun = run.state, True
     course.q, course.u = run.q[-1], run.u[-1]
-    advance, inner = run.advance, [course.pieces[-1]]
-    if isinstance(run, SwitchedRun):
-        inner = run.advance.pieces  # type: ignore[attr-defined]
-        piece = inner[number_at(inner, course.t, before=False)]
-        course.structure, advance = piece.structure, piece.run.advance
-        course.q, course.u = piece.run.at(min(course.t, piece.run.t[-1]))
-    for part in (piece.run for piece in inner):
-        course.way = (course.way or Way(part.t[0].item(), {})).on(part.model, part.q[0], part.q[-1])
-    course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
-    course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
+    course.way = (course.way or Way(run.t[0].item(), {})).on(run.model, run.q[0], run.q[-1])
+    course.latched = run.advance.latched.at(course.t) if isinstance(run.advance, Advance) else None
+    course.armed = [one.armed and number not in came for number, one in enumerate(found)]
 
 
 def _piece(course: Course, run: Run) -> Piece:
-    return Piece(course.structure, run, not course.pieces or course.memory is None, course.given)
+    return Piece(run, not course.pieces or course.memory is None, course.given, course.struck)
 
 
-def _event(course: Course, crossing: Crossing, run: Run) -> Event:
+def _event(course: Course, crossing: Crossing) -> Event:
     """The record of an instant along a run."""
     signal = course.signals[crossing.signal]
     name = course.said[signal.event]["name"]
     course.counts[name] = course.counts.get(name, 0) + 1
-    q, u = run.at(crossing.t) if crossing.state is None else crossing.state
+    q, u = crossing.state
     return Event(crossing.t, name, "rising" if signal.sign > 0 else "falling", course.counts[name], q, u)
 
 
-def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | None:
-    """What events of one instant do, in the order of their tables; a message where one ends the run."""
+def _happen(course: Course, crossings: Sequence[Crossing]) -> str | None:
+    """What events of one instant do, and behind them joints, in the order of their tables; a message where one ends
+    the run, or it cannot go on."""
     ends: list[str] = []
+    could, before = course.may_come(), course.model
     for crossing in crossings:
-        event = _event(course, crossing, run)
-        said = course.said[course.signals[crossing.signal].event]
-        try:
-            values = {path: _number(course, value, run, event) for path, value in said["set"].items()}
-        except ValueError as error:
-            return _unsettable(course, event, error, event.name)
-        answer = course.on_event[event.name](event) if event.name in course.on_event else None
-        answered = answer if isinstance(answer, Mapping) else {}
-        if answer == STOP or (said["stop"] and event.number >= said["stop"]):
-            ends.append(event.name)
-        elif answer is not None and not isinstance(answer, Mapping):
-            raise TypeError(
-                f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
-                f'by path, or "{STOP}"'
-            )
-        off = frozenset(course.model.off)
-        then = (off | frozenset(said["off"])) - frozenset(said["on"])
-        for name, path in course.model.gates.items():
-            if path in answered:
-                then = then | {name} if answered[path] == 0.0 else then - {name}
-        gates = {path: float(name not in then) for name, path in course.model.gates.items() if name in off ^ then}
-        own = {path: value for path, value in values.items() if path not in answered}
-        told = {path: value for path, value in answered.items() if path not in course.model.gates.values()}
-        by = event.name
-        try:
-            model = _with(course.model, own | gates)
-            by = f"the answer to {event.name}"
-            model = _with(model, answered)
-        except (ValueError, UnknownName) as error:
-            return _unsettable(course, event, error, by)
-        values |= {path: float(value) for path, value in told.items()}
-        if values or gates or answered:
-            parameters = course.model.parameters
-            event = replace(
-                event,
-                parameters=dict(values),
-                before={path: parameters[path] for path in values if path in parameters},
-                on=tuple(sorted(off - then)),
-                off=tuple(sorted(then - off)),
-            )
-            event = replace(event, energy=_set(course, model, {*values, *gates}))
-        course.events.append(event)
+        change = course.change(crossing.signal)
+        message = _do(course, before, crossing, ends) if change is None else _change(course, change, why(change))
+        if message is not None:
+            return message
+    for number, can in enumerate(course.may_come()):
+        if can and not could[number]:
+            course.armed[number] = _at_once(course, number, first=False)
     if ends:
         return f"{ENDED}{course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
     return None
+
+
+def _do(course: Course, before: Model, crossing: Crossing, ends: list[str]) -> str | None:
+    """What one event does, which works out what it sets by the model ``before`` the instant, and what a function
+    answers to it; it is one of the ``ends`` where it ends the run. A message where the run cannot go on."""
+    event, number = _event(course, crossing), course.signals[crossing.signal].event
+    said, values = course.said[number], _values(before, number, event)
+    answer = course.on_event[event.name](event) if event.name in course.on_event else None
+    answered = answer if isinstance(answer, Mapping) else {}
+    if answer == STOP or (said["stop"] and event.number >= said["stop"]):
+        ends.append(event.name)
+    elif answer is not None and not isinstance(answer, Mapping):
+        raise TypeError(
+            f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
+            f'by path, or "{STOP}"'
+        )
+    model, off = course.model, frozenset(course.model.off)
+    then = (off | frozenset(said["off"])) - frozenset(said["on"])
+    for name, path in model.gates.items():
+        if path in answered:
+            then = then | {name} if answered[path] == 0.0 else then - {name}
+    gates = {path: float(name not in then) for name, path in model.gates.items() if name in off ^ then}
+    own = {path: value for path, value in values.items() if path not in answered}
+    joints = {joint: answered[path] for joint, path in model.joint_gates.items() if path in answered}
+    by = event.name
+    try:
+        model = _with(model, own | gates)
+        by = f"the answer to {event.name}"
+        _with(model, answered)  # all at once say what is wrong with them
+        model = _with(model, {path: answered[path] for path in answered if path not in model.joint_gates.values()})
+    except (ValueError, UnknownName) as error:
+        return _unsettable(course, event, error, by)
+    values |= {path: float(value) for path, value in answered.items() if path not in model.gates.values()}
+    if values or gates or answered:
+        event = replace(
+            event,
+            parameters=dict(values),
+            before={path: course.model.parameters[path] for path in values},
+            on=tuple(sorted(off - then)),
+            off=tuple(sorted(then - off)),
+        )
+        event = replace(event, energy=_set(course, model, {*values, *gates}))
+    course.events.append(event)
+    because = f"as the function of {event.name} says"
+    messages = (_change(course, _asked(course, joint, held), because) for joint, held in joints.items())
+    return next(filter(None, messages), None)
+
+
+def _asked(course: Course, joint: str, held: float) -> Mapping[str, Any]:
+    """A change that a function asks for, and no table brings: a joint takes hold as its first table says."""
+    kind = "hold" if held else "release"
+    of_scene = (said for said in changes_of(course.model) if said["joint"] == joint and said["kind"] == kind)
+    return {**next(of_scene, {"joint": joint, "kind": kind, "within": None})}
+
+
+def _change(course: Course, said: Mapping[str, Any], because: str) -> str | None:
+    """A joint lets go or takes hold, if another table has not had it do so at the same instant; a message where it
+    cannot."""
+    q, u, joint = np.asarray(course.q), np.asarray(course.u), said["joint"]
+    if not fits(course.model, said):
+        return None
+    gap, energy, broken = 0.0, 0.0, list[Mapping[str, Any]]()
+    if said["kind"] == "hold":
+        try:
+            held = take_hold(course.model, said, course.t, q, u)
+        except ValueError as error:
+            course.failed = True
+            return f"stopped at t = {course.t:.12g} s: {error}"
+        gap, energy, broken = held.gap, held.energy, broken_by(held.model, held.impact)
+        course.struck = (*course.struck, held.impact)
+        course.given += energy - held.impact.energy_loss
+        course.q, course.u = held.q, held.u
+    model = course.model
+    number = next((number for number, one in enumerate(changes_of(model)) if one is said), -1)
+    course.joints.append(JointChange(course.t, joint, said["kind"], because, gap, energy, number))
+    course.model = with_gate(model, joint, said["kind"] == "hold")
+    course.changed |= {gate_of(model, joint)}
+    if said["kind"] == "hold" and course.latched is not None:
+        _forget(course, model.data["switching"]["ends"][joint].get("latches", ()))
+    course.memory = None
+    return next(filter(None, (_change(course, one, why(one)) for one in broken)), None)
+
+
+def _forget(course: Course, latches: Collection[str]) -> None:
+    """Effects that come on hold nothing yet."""
+    assert course.latched is not None
+    held = zip(course.model.data.get("latches", ()), course.latched, strict=True)
+    course.latched = np.array([np.nan if name in latches else value for name, value in held])
 
 
 def _unsettable(course: Course, event: Event, error: Exception, by: str) -> str:
@@ -425,11 +408,14 @@ def _unsettable(course: Course, event: Event, error: Exception, by: str) -> str:
     return f"stopped at t = {course.t:.12g} s by {by}: {'; '.join(str(error).splitlines())}"
 
 
-def _number(course: Course, value: float | str, run: Run, event: Event) -> float:
-    """What a parameter is set to."""
-    if isinstance(value, str):
-        return Quantity(value).at(run.model, event.t, event.q, event.u)
-    return value
+def _values(model: Model, number: int, event: Event) -> dict[str, float]:
+    """What the event of a number sets parameters to, by those of the ``model``, before any is set."""
+    every = model.data["events"]
+    said = every[number]
+    before = sum(len(one["set"]) + len({*one["on"], *one["off"]}) for one in every[:number])
+    found = model.kernels.event_values(event.t, np.ascontiguousarray(event.q), np.ascontiguousarray(event.u))
+    values = found[before : before + len(said["set"])]
+    return {path: float(value) for path, value in zip(said["set"], values, strict=True)}
 
 
 def _with(model: Model, values: Mapping[str, float]) -> Model:
@@ -449,11 +435,8 @@ def _set(course: Course, model: Model, changed: Collection[str]) -> float:
     course.model = model
     course.changed |= frozenset(changed)
     if course.latched is not None:
-        there = _structure(course)
-        gates = (one for one in there.data.get("gates", ()) if one["effect"] in off)
-        forgotten = [name for one in gates for name in one["latches"]]
-        held = zip(there.data.get("latches", ()), course.latched, strict=True)
-        course.latched = np.array([np.nan if name in forgotten else value for name, value in held])
+        gates = (one for one in model.data.get("gates", ()) if one["effect"] in off)
+        _forget(course, [name for one in gates for name in one["latches"]])
     course.memory = None
     jump = _energy(course) - before
     course.given += jump
@@ -462,7 +445,7 @@ def _set(course: Course, model: Model, changed: Collection[str]) -> float:
 
 def _check_closed(course: Course) -> None:
     """Raise ``ValueError`` unless the loops are shut and wheels mesh where the course is, with the values set."""
-    model = _structure(course)
+    model = course.model
     open_by = float(np.max(np.abs(model.closure(np.asarray(course.q))), initial=0.0))
     if open_by > joint_miss(model.core.REAL, model.length):
         raise ValueError(
@@ -470,16 +453,8 @@ def _check_closed(course: Course) -> None:
         )
 
 
-def _structure(course: Course) -> Model:
-    """The model of what the mechanism is at present."""
-    if course.model.data.get("switching") is None:
-        return course.model
-    return Whole(structures_of(course.model)).structures[course.structure]
-
-
 def _energy(course: Course) -> float:
-    model = _structure(course)
-    return float(sum(model.energy(np.asarray(course.q), np.asarray(course.u))))
+    return float(sum(course.model.energy(np.asarray(course.q), np.asarray(course.u))))
 
 
 def _close(course: Course, options: Mapping[str, Any]) -> str | None:
@@ -490,11 +465,20 @@ def _close(course: Course, options: Mapping[str, Any]) -> str | None:
             run = _stretch(course, course.t, options)
         except ValueError as error:
             return _stuck(course, error)
-        course.pieces.append(Piece(course.structure, run, True, course.given))
+        course.pieces.append(Piece(run, True, course.given, course.struck))
     return None
 
 
 def _stuck(course: Course, error: ValueError) -> str:
     """What ends a run that cannot go on from where it is with the values that are set."""
     course.failed = True
-    return f"stopped at t = {course.t:.12g} s: {error}"
+    last = course.joints[-1] if course.struck else None
+    drawn = (
+        last is not None and last.kind == "hold" and last.gap > joint_miss(course.model.core.REAL, course.model.length)
+    )
+    apart = (
+        f"{last.joint} took hold and drew links together by {last.gap:.3g} m, to where no run begins: "
+        if last and drawn
+        else ""
+    )
+    return f"stopped at t = {course.t:.12g} s: {apart}{error}"

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
+from ..arrays import FloatArray
 from ..model.model import Model
 from ..record.hybrid_state import HybridState
 
@@ -36,12 +34,11 @@ def check_end(state: HybridState, until: float) -> None:
         raise ValueError(f"until: found {until}, expected the state's t = {state.t} or more; ask for a later end")
 
 
-def check_left(state: HybridState, found: Mapping[str, Any]) -> None:
-    """Refuse a state with another t, q or u than the core has ``found`` in its memory, by which alone it goes on."""
-    there = {"t": found["t"][-1], "q": found["q"][-1], "u": found["u"][-1]}
-    for name, expected in there.items():
+def check_left(state: HybridState, t: float, q: FloatArray, u: FloatArray) -> None:
+    """Refuse a state with another t (s), q or u (n,) than the core has in its memory, by which alone it goes on."""
+    for name, expected in {"t": t, "q": q, "u": u}.items():
         given = np.asarray(getattr(state, name))
-        if not np.array_equal(given, expected):
+        if not np.array_equal(given, np.asarray(expected)):
             raise ValueError(
                 f"state.{name}: found {np.array2string(given, threshold=4)}, expected "
                 f"{np.array2string(np.asarray(expected), threshold=4)}, where the run was left that the state is of; "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,6 @@ from .advance import Advance, Latched
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import Way, cut, dead_point
 from .going_on import check_end, check_left, check_state
-from .growing import NEVER, Look
 from .interruption import checking
 from .result import run_of
 from .watch import Watch
@@ -96,15 +96,13 @@ def simulate_one(
     begin: float = 0.0,
     latched: FloatArray | None = None,
     way: Way | None = None,
-    look: Look | None = None,
     watch: Watch | None = None,
 ) -> Run:
     """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
 
     ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``way`` is that
-    of the drives up to here, where this is a stretch of a run that began before. ``look`` is shown the run while it
-    grows, as one that is interrupted there; who has it keeps what it has seen, and Ctrl-C is raised. ``watch`` is told
-    of the events of the scene before that.
+    of the drives up to here, where this is a stretch of a run that began before. ``watch`` is told of the events of the
+    scene.
     """
     faults = Faults()
     with faults.collecting():
@@ -136,20 +134,6 @@ def simulate_one(
     if state is not None:
         check_end(state, asked.until)
 
-    def made(found: dict[str, Any]) -> Run:
-        if watch is not None:
-            watch.take(found)
-        return _run_of(model, options, inputs, way, found)
-
-    begins = state
-
-    def shown(found: dict[str, Any]) -> int:
-        nonlocal begins
-        if begins is not None:
-            check_left(begins, found)
-            begins = None
-        return NEVER if look is None else look(made(found))
-
     found = model.kernels.simulate(
         q,
         u,
@@ -168,13 +152,15 @@ def simulate_one(
         asked.on_gain,
         begin,
         latched,
-        shown if look is not None or state is not None else None,
+        None if state is None else partial(check_left, state),
         None if watch is None else watch.armed_before,
         None if watch is None else watch.halts,
     )
-    if found["outcome"] == "interrupted" and (look is not None or not keep_interrupted):
+    if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    return made(found)
+    if watch is not None:
+        watch.take(found)
+    return _run_of(model, options, inputs, way, found)
 
 
 def _run_of(model: Model, options: Options, inputs: Given, way: Way | None, found: dict[str, Any]) -> Run:

@@ -1,4 +1,4 @@
-"""A run put together from stretches, between which parameters were set."""
+"""A run put together from stretches, between which parameters were set, or joints let go or took hold."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from ..model.forces import Motion
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..record.in_force import InForce
+from ..record.joint_change import JointChange
 from ..record.unexplained import largest
 from ..run import Run
-from .pieces import Piece, SwitchedRun, cut_at, number_at, phases_of, unexplained_of
+from .pieces import Piece, number_at, phases_of, unexplained_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,6 +31,12 @@ class StretchedRun(Run):
     def state(self) -> HybridState | None:
         return self.last
 
+    @property
+    def stretches(self) -> tuple[Run, ...]:
+        """The runs of the pieces."""
+        assert isinstance(self.advance, Between)
+        return tuple(piece.run for piece in self.advance.pieces)
+
     @cached_property
     def in_force(self) -> InForce:
         """That of the stretches, each of which is a run of its own model."""
@@ -38,7 +45,7 @@ class StretchedRun(Run):
         for piece in self.advance.pieces:
             spans.append((piece.run.model, piece.begin, row, impact))
             row += len(piece.run.t) - (not piece.anew)
-            impact += len(piece.run.impacts)
+            impact += len(piece.impacts)
         return InForce.of_spans(spans)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -89,23 +96,16 @@ def _parts(motion: Motion) -> tuple[FloatArray, ...]:
     return motion.u_dot, motion.multipliers, motion.pushes, motion.reactions, motion.told
 
 
-def cut(run: Run, t: float) -> Run:
-    """A run up to an instant at which it has a row, the last of those."""
-    short = cut_at(run, t)
-    if isinstance(short, SwitchedRun):
-        short = replace(short, last=None, changes=tuple(change for change in run.changes if change.t <= t))
-    return short
-
-
 def strung(
     pieces: Sequence[Piece],
     events: Sequence[Event],
+    changes: Sequence[JointChange],
     nfev: int,
     message: str | None,
     changed: frozenset[str],
 ) -> Run:
-    """The run of all ``pieces``, with its ``events``; ``nfev`` is what was evaluated in all, ``message`` says where an
-    event ended it, ``changed`` are the parameters that events have set, also before the run.
+    """The run of all ``pieces``, with its ``events``, and ``changes`` of joints; ``nfev`` is what was evaluated in all,
+    ``message`` says where an event ended it, ``changed`` are the parameters that were set, also before the run.
 
     Its ``model`` has the parameters of the beginning.
     """
@@ -121,8 +121,8 @@ def strung(
         t=np.concatenate([piece.run.t[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         q=np.concatenate([piece.run.q[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         u=np.concatenate([piece.run.u[first:] for piece, first in zip(pieces, firsts, strict=True)]),
-        impacts=tuple(impact for piece in pieces for impact in piece.run.impacts),
-        phases=phases_of(pieces, ()),
+        impacts=tuple(impact for piece in pieces for impact in piece.impacts),
+        phases=phases_of(pieces),
         success=last.success,
         message=message,
         nfev=nfev,
@@ -137,7 +137,7 @@ def strung(
         chosen_at=next((piece.run.chosen_at for piece in pieces if piece.run.choices), None),
         closure_rate_max=max(piece.run.closure_rate_max for piece in pieces),
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
-        changes=tuple(change for piece in pieces for change in piece.run.changes),
+        changes=tuple(changes),
         events=events,
         unexplained=unexplained,
         last=replace(last.state, changed=changed) if last.state is not None else None,

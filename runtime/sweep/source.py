@@ -31,8 +31,8 @@ class Source:
     """A model as it is sent: ``folder`` of its package, ``name`` and ``hash`` of the model, ``values`` of parameters,
     and where it begins if that is not the scene's start.
 
-    ``files`` are those of its package, and of all packages that it becomes, for workers that cannot load it from the
-    folder; ``rebuild`` makes packages of them.
+    ``files`` are those of its package, for workers that cannot load it from the folder; ``rebuild`` makes a package of
+    them.
     """
 
     folder: Path
@@ -44,9 +44,8 @@ class Source:
     files: tuple[tuple[str, tuple[tuple[str, bytes], ...]], ...] = ()
 
     def with_files(self) -> Source:
-        """The same with the files of its packages."""
-        folders = [self.folder, *(self.folder.parent / name for name in _others(self))]
-        return replace(self, files=tuple((folder.name, tuple(_files(folder))) for folder in folders))
+        """The same with the files of its package."""
+        return replace(self, files=((self.folder.name, tuple(_files(self.folder))),))
 
 
 def source_of(model: Model, rebuild: Rebuild | None) -> Source:
@@ -95,13 +94,6 @@ def python_sources() -> list[Path]:
 def build_here(source: Source) -> dict[str, Any]:
     """What has built the model in this process."""
     return build_of(model_of(source))
-
-
-def _others(source: Source) -> list[str]:
-    """Names of the packages that the model becomes where joints let go."""
-    data = model_of(replace(source, files=(), rebuild=None)).data
-    structures = data["switching"]["structures"][1:] if data.get("switching") else []
-    return [str(said["package"]) for said in structures]
 
 
 def _files(folder: Path) -> list[tuple[str, bytes]]:

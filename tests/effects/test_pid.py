@@ -382,12 +382,6 @@ BAD: dict[str, Wrong] = {
         "motor[0].integral",
         "an integral gain, expected an integral gain against turning in N m/(rad s)",
     ),
-    "a joint that lets go": (
-        '[[motor]]\njoint = "joint_0"\nangle = 1\nstiffness = 1\nintegral = 2\n[[release]]\njoint = "joint_0"\nat = 1',
-        5,
-        "motor[0].integral",
-        "found an integral beside joints that let go or take hold, expected one of the two; leave out integral",
-    ),
 }
 
 

@@ -133,6 +133,23 @@ def test_six_parameters_of_a_falling_hexagon_through_its_impacts(workshop: Works
     assert max(abs(exact.values[path] / value - 1.0) for path, value in truth.items()) <= 1e-7
 
 
+def test_what_pulls_before_and_behind_an_event_is_told_apart(workshop: Workshop) -> None:
+    """A ball in a drag that is set where it begins to fall: that of then, which is known, tells the mass, and so the
+    drag before."""
+    drag = (
+        '[[damper]]\nname = "chute"\nbetween = ["ball.C", "ground.O"]\ndamping = 0.1\n[ground_link]\n'
+        'points = { O = [0, 9] }\n[[event]]\nwhen = "rate(y(ball.C))"\nset = { "chute.damping" = "0.3*y(ball.C)" }\n'
+    )
+    model = workshop.model(BALL + drag, derivatives=True)
+    truth = {"gravity.g": 9.81, "chute.damping": 0.14, "ball.mass": 0.55}
+    run = simulate(model, params=truth, until=0.7, rtol=1e-12)
+    (event,) = run.events
+    assert 0.2 < event.t < 0.4
+    y = run.values("ball.C.y", t=AT)["ball.C.y"]
+    found = identify(model, {"ball.y": y}, AT, list(truth), rtol=1e-12)
+    assert found.values == pytest.approx(truth, rel=1e-7)
+
+
 def test_all_that_is_wrong_is_told_at_once(ball: Any) -> None:
     with pytest.raises(ValueError) as caught:
         identify(ball, {"ball.y": [1.0, 2.0], "ball.z": AT}, [*AT[:-1], -1.0], ["gravity.h"], sigma=-1.0, most=0)

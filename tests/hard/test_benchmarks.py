@@ -26,7 +26,7 @@ SMALLEST = {
     "gradients": "--rounds 1 --directions 2 --links 6",
     "identification": "--rounds 1",
     "orbits": "--rounds 1",
-    "scene_events": "--rounds 1",
+    "scene_events": "--rounds 1 --throws 20",
     "shared_lanes": "--rounds 1",
     "threads": "--rounds 1",
     "walking": "--cranks 1 --rounds 1",

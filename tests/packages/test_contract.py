@@ -41,10 +41,12 @@ def test_a_model_with_everything_gives_every_member(tmp_path: Path) -> None:
     file = tmp_path / "everything.toml"
     file.write_text(SCENE_WITH_EVERYTHING)
     setting = {key: [0] for key in ("stops_at", "value_of", "value_to", "value_within", "value_forgets")}
+    setting |= {key: [0] for key in ("joint_of", "gate_of", "held_before", "change_by")} | {"limits": [0.0]}
     source, _ = Written(load_scene(file), tmp_path).source(
         "everything",
         {
             "partner": [0],
+            "row_held": [-1],
             "driven": [0, -1],
             "latched_at": [0],
             "sides": [1],

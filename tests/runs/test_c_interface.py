@@ -84,6 +84,20 @@ def test_the_walker_walks_as_from_python(built: tuple[Path, str], workshop: Work
     assert len(strikes) == 3 and len(run.events) == 6
 
 
+def test_the_trebuchet_throws_as_far_as_from_python(built: tuple[Path, str], workshop: Workshop) -> None:
+    """When its stone leaves, from where, and when and where it strikes the ground."""
+    thrown = re.findall(r"^thrown at t = ([\d.]+) s from x = (-?[\d.]+) m, y = ([\d.]+) m$", built[1], re.M)
+    lands = re.findall(r"^lands at t = ([\d.]+) s at x = ([\d.]+) m$", built[1], re.M)
+    run = simulate(workshop.model(load_scene(ROOT / "scenes" / "trebuchet.toml")), until=7.0)
+    (change,) = run.changes
+    strikes = next(impact.t for impact in run.impacts if impact.t > change.t)
+    stone = run.point("stone.C", [change.t, strikes]).position
+    assert [[float(number) for number in one] for one in thrown] == [pytest.approx([change.t, *stone[0]], abs=1e-7)]
+    assert [[float(number) for number in one] for one in lands] == [pytest.approx([strikes, stone[1, 0]], abs=1e-6)]
+    header = (built[0] / "build" / "trebuchet.h").read_text()
+    assert " * events by their numbers: 0 pouch lets go\n" in header
+
+
 def test_the_model_is_generated_anew_behind_them(built: tuple[Path, str], tmp_path: Path) -> None:
     """What they have written is not in the way of a scene that has changed."""
     changed = tmp_path / SCENE.name

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ccgen.runtime import Run, simulate
-from ccgen.runtime.simulation.crossings import seen, signals_of
-from ccgen.runtime.simulation.quantities import Quantity
 
+from ..support.event_search import seen, signals_of
+from ..support.quantities import Quantity
 from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .test_user_events import BALL, PENDULUM
@@ -282,7 +282,7 @@ between = ["ground.O", "arm.A"]
     )
     + '[[release]]\njoint = "hip"\nat = 9\n'
 )
-"""Of scenes in which joints change events are looked for behind the run."""
+"""The same beside a joint that may let go."""
 
 
 @pytest.mark.parametrize("scene", ["", "released"])

@@ -124,7 +124,7 @@ def test_files_of_another_ccgen_are_refused_in_words(version: int | None, worksh
     if version is not None:
         arrays["record_version"] = np.array(version)
     np.savez(tmp_path / "other.npz", **arrays)
-    told = rf"other\.npz: found a run as another ccgen records it, record_version {version or 1}, expected 2"
+    told = rf"other\.npz: found a run as another ccgen records it, record_version {version or 1}, expected 3"
     with pytest.raises(ValueError, match=told):
         load_run(tmp_path / "other.npz", model)
 

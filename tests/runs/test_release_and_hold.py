@@ -129,7 +129,7 @@ def test_forces_accelerations_and_pictures_go_through_the_release(workshop: Work
     assert not after.any() and accelerations[1] == pytest.approx([0, -G], abs=1e-9)
     inside = run.at(t - 0.1)[0]
     assert run.model.point("pouch", inside) == pytest.approx(run.model.point("sling.B", inside), abs=1e-12)
-    assert run.model.links == ("beam", "weight", "sling", "stone")
+    assert run.model.links == ("beam", "weight", "sling", "stone", "stone_carriage")
     run.plot(tmp_path / "plot.png")
     run.animate(tmp_path / "player.html")
     with np.load(run.save(tmp_path / "run.npz")) as saved:
@@ -204,7 +204,7 @@ def test_a_ball_that_a_rod_catches_keeps_its_moment_of_momentum(workshop: Worksh
     inertia = 0.7 + 3 * 0.25 + 2 * 1.5**2
     spin = 2 * 4 * 1.5 / inertia
     after = run.model.velocities(*run.at(change.t))
-    assert after[:, 2] == pytest.approx([1.0, spin], rel=1e-12)
+    assert after[:2, 2] == pytest.approx([1.0, spin], rel=1e-12)
     assert impact.energy_loss == pytest.approx(0.5 * 2 * 16 - 0.5 * inertia * spin**2, rel=1e-12)
     assert impact.impulses == pytest.approx([2 * (4 - 1.5 * spin)], rel=1e-12)
     assert impact.contacts == (("grip", "hold"),)
@@ -286,6 +286,68 @@ def test_a_pin_that_carries_too_much_at_the_start_breaks_there(workshop: Worksho
     run = simulate(workshop.model(PENDULUM.format(when="force = 1")))
     assert [change.t for change in run.changes] == [0.0]
     assert run.model.poses(run.q[-1])[0, :2] == pytest.approx([0, -G / 2], rel=1e-9)
+
+
+CHAIN = """
+name = "chain-that-breaks"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "l0"
+mass = 2.86706
+inertia = 0.283538
+com = [0.34666, -0.00934241]
+points = { A = [0, 0], B = [1.1545, 0] }
+[[link]]
+name = "l1"
+mass = 2.53236
+inertia = 0.294838
+com = [0.672691, -0.028418]
+points = { A = [0, 0], B = [1.13306, 0] }
+[[link]]
+name = "l2"
+mass = 1.95331
+inertia = 0.10248
+com = [0.171943, 0.0357108]
+points = { A = [0, 0] }
+[[joint]]
+name = "j0"
+between = ["ground.O", "l0.A"]
+[[joint]]
+name = "j1"
+between = ["l0.B", "l1.A"]
+[[joint]]
+name = "j2"
+between = ["l1.B", "l2.A"]
+[[release]]
+joint = "j1"
+force = 5.34157
+[[event]]
+when = "y(l0.B) - 0.1"
+[start]
+angles = { l0 = 2.44996, l1 = -2.99384, l2 = -2.04084 }
+angular_velocities = { l0 = 1.86334, l1 = -2.73822, l2 = -0.541807 }
+[gravity]
+[run]
+until = 0.9
+"""
+
+
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+def test_a_force_is_found_to_rounding_however_long_the_step(method: str, workshop: Workshop) -> None:
+    """Its rate is not known; the step that ends there may end a rounding too early, and is taken again."""
+    run = simulate(workshop.model(CHAIN), method=method)
+    (change,) = run.changes
+    assert change.t == pytest.approx(0.0199985915, abs=1e-9)
+    assert np.hypot(*run.reactions([np.nextafter(change.t, 0.0)])[0, 1, :2]) == pytest.approx(5.34157, rel=1e-9)
+
+
+def test_a_force_that_is_its_limit_breaks_the_joint_at_the_start(workshop: Workshop) -> None:
+    """A weight that hangs at rest, of 2 kg: to rounding."""
+    text = PENDULUM.replace("bob = 0", "bob = -1.5707963267948966")
+    for limit, broken in ((2 * G * (1 - 1e-12), 1), (2 * G, 1), (2 * G * (1 + 1e-9), 0)):
+        run = simulate(workshop.model(text.format(when=f"force = {limit!r}")), until=0.2)
+        assert [change.t for change in run.changes] == [0.0] * broken
 
 
 GROUND = '\n[[ground]]\npoint = [0, -0.5]\ncontacts = ["bob.E"]\nrestitution = 0.5\n'
@@ -506,9 +568,216 @@ def test_wrong_tables_are_told(workshop: Workshop, old: str, new: str, said: str
     assert said in faults(workshop, TREBUCHET.replace(old, new))
 
 
-def test_a_weld_cannot_let_go(workshop: Workshop) -> None:
-    text = TREBUCHET.replace('between = ["sling.B", "stone.C"]', 'type = "weld"\nbetween = ["sling.B", "stone.C"]')
-    assert 'release[0].joint: found "pouch", a weld, expected a joint of another kind' in faults(workshop, text)
+WELDED = """
+name = "welded"
+[ground_link]
+points = {{ O = [0, 0] }}
+[[link]]
+name = "arm"
+mass = 2
+inertia = 0.3
+com = [0.5, 0]
+points = {{ A = [0, 0], B = [1, 0] }}
+[[link]]
+name = "tip"
+mass = 1.5
+inertia = 0.2
+com = [0.3, 0.1]
+points = {{ C = [0.1, 0] }}
+[[joint]]
+name = "axle"
+between = ["ground.O", "arm.A"]
+[[joint]]
+name = "seam"
+type = "weld"
+angle = 0.4
+between = ["arm.B", "tip.C"]
+{change}
+[start]
+angles = {{ arm = 0.2 }}
+angular_velocities = {{ arm = 3 }}
+[gravity]
+[run]
+until = 1
+"""
+
+
+def test_a_weld_breaks_and_its_link_flies_and_turns_on(workshop: Workshop) -> None:
+    """While it holds the two are one body; behind it the tip keeps its spin, and its mass centre falls."""
+    run = simulate(workshop.model(WELDED.format(change='[[release]]\njoint = "seam"\nat = 0.3')), rtol=1e-12)
+    body = simulate(workshop.model(WELDED.format(change="").replace('"welded"', '"body"')), rtol=1e-12)
+    assert body.model.links == ("arm",) and [change.t for change in run.changes] == [0.3]
+    ways = np.linspace(0.0, 0.3, 7)
+    assert run.joint_angles(ways)["axle"] == pytest.approx(body.joint_angles(ways)["axle"], abs=1e-10)
+    arm, tip = (run.model.links.index(name) for name in ("arm", "tip"))
+    q, u = run.at(0.3)
+    pose, velocity = run.model.poses(q), run.model.velocities(q, u)
+    assert pose[tip, 2] - pose[arm, 2] == pytest.approx(0.4, abs=1e-12)
+    assert velocity[tip, 2] == pytest.approx(velocity[arm, 2], rel=1e-10)
+
+    def centre(poses: np.ndarray) -> np.ndarray:
+        c, s = np.cos(poses[tip, 2]), np.sin(poses[tip, 2])
+        return np.asarray(poses[tip, :2] + [0.3 * c - 0.1 * s, 0.3 * s + 0.1 * c])
+
+    late = run.model.poses(run.at(0.8)[0])
+    arrow = centre(pose) - pose[tip, :2]
+    speed = velocity[tip, :2] + velocity[tip, 2] * np.array([-arrow[1], arrow[0]])
+    assert late[tip, 2] == pytest.approx(pose[tip, 2] + 0.5 * velocity[tip, 2], rel=1e-10)
+    assert centre(late) == pytest.approx(centre(pose) + 0.5 * speed - [0.0, G * 0.125], rel=1e-10)
+    assert run.energy_drift < 1e-9
+
+
+def test_a_weld_carries_what_moves_its_link(workshop: Workshop) -> None:
+    """By Newton's and Euler's laws of the tip: its force, and its moment about the point that is welded."""
+    run = simulate(workshop.model(WELDED.format(change='[[release]]\njoint = "seam"\nforce = 1e9')), rtol=1e-12)
+    h = 1e-5
+    t = 0.4 + h * np.arange(-2, 3)
+    tip, seam = run.model.links.index("tip"), run.model.joints.index("seam")
+    poses = run.model.poses(run.at(t)[0])[:, tip]
+    arrows = np.exp(1j * poses[:, 2]) * (0.3 + 0.1j)
+    places = poses[:, 0] + 1j * poses[:, 1] + arrows
+
+    def bent(x: np.ndarray) -> Any:
+        return (-x[0] + 16 * x[1] - 30 * x[2] + 16 * x[3] - x[4]) / (12 * h**2)
+
+    force = 1.5 * (bent(places) + 1j * G)
+    lever = arrows[2] - np.exp(1j * poses[2, 2]) * 0.1  # from the point to the mass centre
+    moment = 0.2 * bent(poses[:, 2]) + (np.conj(lever) * force).imag
+    found = run.reactions([0.4])[0, seam]
+    assert found == pytest.approx([force.real, force.imag, moment], rel=1e-4)
+    assert not run.changes
+
+
+def test_a_weld_takes_hold(workshop: Workshop) -> None:
+    """Plastic: the moment of momentum of both about the axle stays, without gravity to turn it."""
+    text = WELDED.format(change='[[hold]]\njoint = "seam"\nat = 0.3').replace("[gravity]", "")
+    x, y = np.array([np.cos(1.1), np.sin(1.1)]) - 0.1 * np.array([np.cos(1.5), np.sin(1.5)])
+    text = text.replace("[start]", f"[start]\nposes = {{ tip = [{x:.17g}, {y:.17g}, 1.5] }}")
+    run = simulate(workshop.model(text), rtol=1e-12)
+    (impact,) = run.impacts
+    (change,) = run.changes
+    arm, tip = (run.model.links.index(name) for name in ("arm", "tip"))
+    pose, velocity = (of[[arm, tip]] for of in (run.model.poses(run.q[-1]), run.model.velocities(run.q[-1], run.u[-1])))
+    assert change.gap < 1e-9 and run.success
+    assert (pose[1, 2] - pose[0, 2] - 0.4 + np.pi) % (2 * np.pi) == pytest.approx(np.pi, abs=1e-11)
+    assert velocity[1, 2] == pytest.approx(velocity[0, 2], abs=1e-11)
+    q = run.q[np.searchsorted(run.t, 0.3)]
+    turning = [moment_of_momentum(run.model, q, u, (arm, tip)) for u in (impact.u_minus, impact.u_plus)]
+    assert turning[0] == pytest.approx(turning[1], rel=1e-10) and impact.energy_loss > 0.0
+
+
+def moment_of_momentum(model: Any, q: np.ndarray, u: np.ndarray, links: tuple[int, int]) -> float:
+    """That of an arm and a tip of ``WELDED`` about the origin."""
+    total, poses, velocities = 0.0, model.poses(q), model.velocities(q, u)
+    for link, mass, inertia, com in zip(links, (2.0, 1.5), (0.3, 0.2), (0.5, 0.3 + 0.1j), strict=True):
+        arrow = com * np.exp(1j * poses[link, 2])
+        place = complex(*poses[link, :2]) + arrow
+        speed = complex(*velocities[link, :2]) + 1j * velocities[link, 2] * arrow
+        total += inertia * velocities[link, 2] + mass * (np.conj(place) * speed).imag
+    return total
+
+
+def test_a_drive_lets_go(workshop: Workshop) -> None:
+    """The arm goes on with the speed that the drive has given it, and the drive gives no more."""
+    text = DRIVEN.replace('[[hold]]\njoint = "grip"\nat = 0.3\nwithin = "1 cm"\n', "")
+    text = text.replace('[[release]]\njoint = "grip"\nat = 0.9', '[[release]]\njoint = "axle"\nat = 0.5')
+    text = text.replace('open = ["grip"]\n', "").replace("poses = { load = [0.847, 0.535, 0] }", "")
+    pinned = text.replace('[[release]]\njoint = "axle"\nat = 0.5', "")
+    run = simulate(workshop.model(text), rtol=1e-12)
+    alone = simulate(workshop.model(pinned.replace("driven-grip", "driven-pin")), rtol=1e-12)
+    axle = run.model.joints.index("axle")
+    assert run.reactions([0.4])[0, axle] == pytest.approx(alone.reactions([0.4])[0, alone.model.joints.index("axle")])
+    assert not run.reactions([0.6])[0, axle].any()
+    angle, spin = np.sin(1.0), 2 * np.cos(1.0)
+    arm = run.model.links.index("arm")
+    q, u = run.at(0.5)
+    assert run.model.poses(q)[arm, 2] == pytest.approx(angle, abs=1e-10)
+    assert run.model.velocities(q, u)[arm, 2] == pytest.approx(spin, abs=1e-9)
+    late = run.model.velocities(*run.at(0.9))
+    momentum = 2 * late[arm, :2] + 2 * 0.5 * late[arm, 2] * np.array(
+        [-np.sin(run.model.poses(run.at(0.9)[0])[arm, 2]), np.cos(run.model.poses(run.at(0.9)[0])[arm, 2])]
+    )
+    load = run.model.links.index("load")
+    together = momentum + late[load, :2]
+    thrown = (2 * 0.5 + 1 * 1.0) * spin * np.array([-np.sin(angle), np.cos(angle)])
+    assert together == pytest.approx(thrown, rel=1e-8)  # nothing pushes the two any more
+    assert run.energy_drift < 1e-8
+
+
+def test_many_joints_let_go(workshop: Workshop) -> None:
+    """Seven balls hang on pins of the ground, and fall one after the other: one model has them all."""
+    count = 7
+    points = ", ".join(f"P{k} = [{k}, 0]" for k in range(count))
+    links = "".join(
+        f'[[link]]\nname = "ball_{k}"\nmass = 1\ninertia = 0.1\ncom = [0, 0]\npoints = {{ C = [0, 0] }}\n'
+        for k in range(count)
+    )
+    joints = "".join(
+        f'[[joint]]\nname = "pin_{k}"\nbetween = ["ground.P{k}", "ball_{k}.C"]\n'
+        f'[[release]]\njoint = "pin_{k}"\nat = {0.1 * (k + 1)}\n'
+        for k in range(count)
+    )
+    text = f'name = "balls"\n[ground_link]\npoints = {{ {points} }}\n{links}{joints}[gravity]\n[run]\nuntil = 1\n'
+    run = simulate(workshop.model(text))
+    assert [change.joint for change in run.changes] == [f"pin_{k}" for k in range(count)]
+    for k in range(count):
+        fallen = run.point(f"ball_{k}.C", [1.0]).position[0]
+        assert fallen == pytest.approx([k, -G * (1.0 - 0.1 * (k + 1)) ** 2 / 2], rel=1e-9)
+
+
+RAIL = """
+name = "rail"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "block"
+mass = 2
+inertia = 0.3
+com = [0.1, 0]
+points = { A = [0, 0], E = [0.4, 0] }
+[[joint]]
+name = "way"
+type = "prismatic"
+axis = 0.5
+angle = 0.2
+between = ["ground.O", "block.A"]
+[[stop]]
+joint = "way"
+lowest = -1
+restitution = 0.5
+[[motor]]
+joint = "way"
+force = 4
+[[joint_friction]]
+joints = ["way"]
+viscous = 0.3
+[[release]]
+joint = "way"
+at = 0.5
+[start]
+slides = { way = 0.2 }
+[gravity]
+[run]
+until = 1
+"""
+
+
+def test_what_acts_at_a_joint_goes_with_it(workshop: Workshop) -> None:
+    """On the line 2 a = 4 - 0.3 v - 2 g sin 0.5, and then the block flies, unturned, and meets no stop."""
+    run = simulate(workshop.model(RAIL), rtol=1e-12)
+    pull = 4.0 - 2.0 * G * np.sin(0.5)
+    speed = pull / 0.3 * (1.0 - np.exp(-0.15 * 0.5))
+    way = pull / 0.3 * (0.5 - (1.0 - np.exp(-0.15 * 0.5)) / 0.15)
+    line = np.array([np.cos(0.5), np.sin(0.5)])
+    found = run.point("block.A", [0.5])
+    assert found.position[0] == pytest.approx((0.2 + way) * line, rel=1e-9)
+    assert found.velocity[0] == pytest.approx(speed * line, rel=1e-9)
+    late = run.point("block.A", [1.0])
+    assert late.position[0] == pytest.approx(found.position[0] + 0.5 * speed * line - [0, G / 8], rel=1e-9)
+    assert run.model.poses(run.q[-1])[0, 2] == pytest.approx(0.2, abs=1e-12) and not run.impacts
+    assert run.values("motor_0.force", t=[0.4, 0.6])["motor_0.force"] == pytest.approx([4.0, 0.0])
+    moment = run.reactions([0.4, 0.6])[:, run.model.joints.index("way")]
+    assert moment[0, 2] != 0.0 and not moment[1].any()
 
 
 def test_several_starts_are_runs_of_their_own(workshop: Workshop) -> None:
@@ -519,3 +788,85 @@ def test_several_starts_are_runs_of_their_own(workshop: Workshop) -> None:
     for start, run in zip(starts, simulate(model, starts, u), strict=True):
         alone = simulate(model, start, u)
         assert np.array_equal(run.q, alone.q) and run.changes == alone.changes and len(run.changes) == 1
+
+
+def test_a_function_of_an_event_has_joints_let_go_and_take_hold(workshop: Workshop) -> None:
+    """The coupling of two wagons by functions in the place of tables: where they are, and where they meet again."""
+    parts = '[[event]]\nname = "parts"\nwhen = "slide(rail) - 0.1"\ndirection = "rising"\n'
+    meets = '[[event]]\nname = "meets"\nwhen = "x(engine.C) - x(wagon.C)"\ndirection = "rising"\n'
+    table = simulate(workshop.model(COUPLING), rtol=1e-12)
+    model = workshop.model(
+        COUPLING.replace('above = "10 cm"', "above = 9").replace("coupling", "asked") + parts + meets
+    )
+    asked = {
+        "parts": lambda event: {"hook.held": 0} if event.number == 1 else None,
+        "meets": lambda event: {"hook.held": 1},
+    }
+    run = simulate(model, rtol=1e-12, on_event=asked)
+    assert [change.t for change in run.changes][:2] == pytest.approx(
+        [change.t for change in table.changes][:2], abs=1e-9
+    )
+    assert run.changes[0].why == "as the function of parts says"
+    wrong = simulate(model, on_event={"parts": lambda event: {"hook.held": 0.5}})
+    assert not wrong.success and "hook.held: found 0.5" in wrong.message
+
+
+def test_joints_are_as_they_are_asked_to_be_at_the_start(workshop: Workshop) -> None:
+    """The gate of a joint is a parameter: the stone of a trebuchet that is not in its pouch falls."""
+    run = simulate(workshop.model(TREBUCHET), params={"pouch.held": 0}, until=0.1)
+    assert run.point("stone.C", [0.1]).acceleration[0] == pytest.approx([0, -G], abs=1e-9)
+    assert not run.changes and not run.reactions([0.05])[0, run.model.joints.index("pouch")].any()
+
+
+def test_an_integral_grows_while_its_joint_holds(workshop: Workshop) -> None:
+    """A motor with I z'' = -3 z' - 0.5 z, z being the integral of the arm's angle, until the arm is let go."""
+    text = """
+name = "integrating"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "arm"
+mass = 2
+inertia = 1
+com = [0, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "arm.A"]
+[[motor]]
+joint = "axle"
+angle = 0
+stiffness = 3
+integral = 0.5
+[[release]]
+joint = "axle"
+at = 0.6
+[start]
+angles = { arm = 1 }
+[run]
+until = 1
+"""
+    run = simulate(workshop.model(text), rtol=1e-12)
+    roots = np.roots([1.0, 0.0, 3.0, 0.5])
+    weights = np.linalg.solve(np.vander(roots, increasing=True).T, [0.0, 1.0, 0.0])  # of the integral of the angle
+    angle, spin, torque = (float(np.sum(weights * roots**k * np.exp(0.6 * roots)).real) for k in (1, 2, 3))
+    arm = run.model.links.index("arm")
+    assert run.model.poses(run.at(0.6)[0])[arm, 2] == pytest.approx(angle, rel=1e-9)
+    told = run.values("motor_0.torque", t=[0.6 - 1e-12, 0.8])["motor_0.torque"]
+    assert told == pytest.approx([torque, 0.0], abs=1e-9)
+    assert run.model.poses(run.q[-1])[arm, 2] == pytest.approx(angle + 0.4 * spin, rel=1e-9)
+
+
+@pytest.mark.parametrize("when", ["force = 30", "impulse = 30"])
+def test_steps_over_impacts_tell_no_limits(when: str, workshop: Workshop) -> None:
+    model = workshop.model(PENDULUM.format(when=when))
+    with pytest.raises(ValueError, match="found 'moreau', expected one that finds impacts, because pin lets go at a"):
+        simulate(model, method="moreau", step=1e-3)
+
+
+def test_points_that_a_joint_holds_together_are_at_no_distance(workshop: Workshop) -> None:
+    """What is asked of them never comes, and is nothing that the generator cannot derive."""
+    text = TREBUCHET.replace('angle = "ring", below = "-2.4"', 'distance = ["beam.long", "sling.A"], above = 0.1')
+    text += '[[event]]\nwhen = "distance(beam.long, sling.A)"\n[[event]]\nwhen = "distance(sling.A, beam.long) - 1"\n'
+    run = simulate(workshop.model(text), until=1.0)
+    assert run.success and not run.changes and not run.events

@@ -35,6 +35,7 @@
     X(CANNOT_SET, "cannot_set")           /* an event sets a parameter to what it cannot be */                         \
     X(OPENED, "opened")                   /* what an event has set opens the loops */                                  \
     X(INSIDE, "inside")                   /* what an event has set leaves a contact behind its surface */              \
+    X(TOO_FAR, "too_far")                 /* a joint is to take hold whose points are too far apart */                 \
     X(SET_WITHOUT_END, "set_without_end") /* events set parameters again and again */
 
 #define ENTRY(name, text) OUTCOME_##name,

@@ -404,6 +404,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(LOOPS_OPEN, CCGEN_LIMIT(1e-6, 1e-4), OF_LENGTH, \
       "loops that are open by more where an event has set parameters are not those of the mechanism", \
       "a thousand times what gaps are closed to (BEHIND over ten); starts may miss as much") \
+    X(HOLDS_WITHIN, CCGEN_LIMIT(1e-6, 1e-4), OF_LENGTH, \
+      "a joint takes hold where its points are nearer than this, unless its scene tells", \
+      "as loops that are open (LOOPS_OPEN): what is nearer is drawn together as a start is") \
     X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
       "nearer than that to dependence no acceleration is known", \
       "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \

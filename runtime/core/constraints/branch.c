@@ -283,8 +283,7 @@ static enum outcome find_rank(struct system *s, struct branch *b, struct closed 
 {
     memcpy(c->q, q, s->n * sizeof *q);
     int rank = reduce_rows(s, RANK_TOLERANCE, -1, c);
-    const int deficient =
-        rank < s->model->rows || (rank && fabs(c->diagonal[rank - 1]) < BRIDGED * fabs(c->diagonal[0]));
+    const int deficient = rank < s->rows_on || (rank && fabs(c->diagonal[rank - 1]) < BRIDGED * fabs(c->diagonal[0]));
     if (!rank || (deficient && !moves(s, u))) /* what stands, and has not moved, tells no branch */
         return OUTCOME_NOT_CLOSED;
     if (!b->rank && deficient)

@@ -63,12 +63,14 @@ int take_closed(const struct system *s, const struct branch *b, struct closed *c
 
 int reduce_rows(struct system *s, double nearest, int last, struct closed *c)
 {
-    const int rows = s->model->rows, n = s->n;
+    const int rows = s->rows_on, n = s->n;
     scaled_closure_rows(s, c->q, c->g, c->length);
-    for (int j = 0; j < rows; j++)
-        c->order[j] = j;
-    if (last >= 0) /* the shortest is taken last */
-        multiply(n, SHORT, c->g + (size_t)last * n);
+    keep_rows_on(s, c->g);
+    for (int j = 0; j < rows; j++) {
+        c->order[j] = s->on[j];
+        if (s->on[j] == last) /* the shortest is taken last */
+            multiply(n, SHORT, c->g + (size_t)j * n);
+    }
     const int rank = reduce_columns(n, rows, c->g, nearest, c->diagonal, c->beta, c->order);
     if (last >= 0 && rank && c->order[rank - 1] == last) {
         multiply(rank - 1, 1.0 / SHORT, c->g + (size_t)(rank - 1) * n);
@@ -127,7 +129,7 @@ enum outcome factorise_closure(struct system *s, const struct branch *b, const d
             c->across[i * d + j] = dot(n, b->chart + (size_t)i * n, c->null + (size_t)j * n);
     }
     c->regular = reduce_columns(d, d, c->across, DBL_EPSILON, c->pivots, c->reflected, c->places) == d;
-    const int redundant = r < s->model->rows;
+    const int redundant = r < s->rows_on;
     c->turn = redundant ? 0 : sign_of_factors(r, c->diagonal, c->order) * sign_of_factors(d, c->pivots, c->places);
     return OUTCOME_DONE;
 }

@@ -49,12 +49,12 @@ struct branch {
 /* the longest way in the chart whose end is found at once */
 static const double HOP = 0.06;
 
-/* The closure at a configuration, its rows factorised as columns */
+/* The closure at a configuration, its rows that are on factorised as columns */
 struct closed {
-    double *g, *length, *diagonal, *beta, *right; /* [rows][n], [rows] */
-    int *order;
-    double *q;                           /* [n] the configuration */
-    double *null;                        /* [freedom][n] directions that rows leave */
+    double *g, *length, *diagonal, *beta, *right; /* [rows][n], [rows]: lengths and right-hand sides of all rows */
+    int *order;                                   /* [rows on] the row of each column */
+    double *q;                                    /* [n] the configuration */
+    double *null;                                 /* [freedom][n] directions that rows leave */
     double *across, *pivots, *reflected; /* [freedom][freedom] T0 of them, its rows factorised as columns, [freedom] */
     int *places, regular;                /* [freedom]; whether all of them count */
     double *z, *solved;                  /* [freedom] */
@@ -69,7 +69,7 @@ void copy_place(const struct system *s, const struct branch *b, const struct bra
 
 int take_closed(const struct system *s, const struct branch *b, struct closed *c);
 
-/* Factorise the rows at c->q; how many are no nearer to the others than `nearest`. With last >= 0 that row is factorised after all others, and `nearest` is 0. */
+/* Factorise the rows that are on at c->q; how many are no nearer to the others than `nearest`. With last >= 0 that row is factorised after all others, and `nearest` is 0. */
 int reduce_rows(struct system *s, double nearest, int last, struct closed *c);
 
 /* Column `number` of the orthogonal factor, of the first `rank` rows */

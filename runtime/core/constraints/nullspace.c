@@ -20,33 +20,41 @@
 
 enum { PASSES = 3 }; /* of refinement */
 
-static void take_factors(struct arena *arena, struct factors *f, size_t n, size_t rows)
+/* With room for all rows of the closure, as the model gives them */
+static void take_factors(struct system *s, struct factors *f, size_t rows)
 {
-    f->g = TAKE(arena, double, (rows * n));
-    f->length = TAKE(arena, double, rows);
+    const size_t n = s->n, all = rows + s->model->rows - s->rows_on;
+    struct arena *arena = s->arena;
+    f->g = TAKE(arena, double, (all * n));
+    f->length = TAKE(arena, double, all);
     f->diagonal = TAKE(arena, double, rows);
     f->beta = TAKE(arena, double, rows);
     f->right = TAKE(arena, double, rows);
     f->order = TAKE(arena, int, rows);
 }
 
-/* The rows of A, then those of driven joints, then those of held contacts, as columns of g; their right-hand sides from
- * y[rows + held]; lengths that make them comparable. push[contacts] are zeros. */
+/* The rows of A that are on, then those of driven joints, then those of held contacts, as columns of g; their right-hand sides from
+ * y[all rows of A + held]; lengths that make them comparable. push[contacts] are zeros. */
 static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
                        const struct factors *f)
 {
-    const size_t closed = s->model->rows;
+    const size_t closed = s->rows_on;
     scaled_closure_rows(s, q, f->g, f->length);
-    memcpy(f->right, y, closed * sizeof *f->right);
-    scaled_other_rows(s, q, held, y + closed, t, push, f->g + closed * s->n, f->length + closed, f->right + closed);
+    keep_rows_on(s, f->g);
+    for (size_t k = 0; k < closed; k++) {
+        f->length[k] = f->length[s->on[k]];
+        f->right[k] = y[s->on[k]];
+    }
+    scaled_other_rows(s, q, held, y + s->model->rows, t, push, f->g + closed * s->n, f->length + closed,
+                      f->right + closed);
 }
 
 /* The rows of the closure and of driven joints, factorised in what is taken from the arena; their rank, or -1 when memory runs out */
 static int factorise_rows(struct system *s, const double *q, struct factors *f)
 {
-    const size_t n = s->n, rows = s->model->rows + s->model->drives;
+    const size_t n = s->n, rows = s->rows_on + s->model->drives;
     const double *closed = TAKE_ZEROS(s->arena, double, s->model->rows);
-    take_factors(s->arena, f, n, rows);
+    take_factors(s, f, rows);
     if (s->arena->ran_out)
         return -1;
     write_rows(s, q, 0, closed, NULL, NULL, f);
@@ -79,7 +87,7 @@ int free_motions(struct system *s, const double *q, double *motions)
                 motions[(size_t)j * n + i] = branch_tangents(s->branch)[(size_t)j * n + i] * s->unit[i];
         return n - d;
     }
-    const int rank = s->model->rows + s->model->drives ? factorise_rows(s, q, &f) : 0;
+    const int rank = s->rows_on + s->model->drives ? factorise_rows(s, q, &f) : 0;
     for (int j = rank; rank >= 0 && j < n; j++) {
         double *x = motions + (size_t)(j - rank) * n;
         memset(x, 0, n * sizeof *x);
@@ -92,28 +100,35 @@ int free_motions(struct system *s, const double *q, double *motions)
     return rank;
 }
 
-/* weight[rows + drives] with which rows, column number `column` of the factors among them and `before` others, come to cancel */
-static void cancelling(const struct factors *f, int n, int before, int column, int rows, double *weight)
+/* The row number of the closure, or of driven joints behind all of these, from its number among those that are on and of driven joints */
+static int place_of_row(const struct system *s, int number)
 {
+    return number < s->rows_on ? s->on[number] : number - s->rows_on + s->model->rows;
+}
+
+/* weight[rows + drives] with which rows, column number `column` of the factors among them and `before` others, come to cancel */
+static void cancelling(const struct system *s, const struct factors *f, int before, int column, double *weight)
+{
+    const int n = s->n;
     double *x = f->g + (size_t)column * n;
-    memset(weight, 0, rows * sizeof *weight);
-    weight[f->order[column]] = 1.0 / f->length[f->order[column]];
+    memset(weight, 0, (s->model->rows + s->model->drives) * sizeof *weight);
+    weight[place_of_row(s, f->order[column])] = 1.0 / f->length[f->order[column]];
     for (int k = before - 1; k >= 0; k--) {
         for (int j = k + 1; j < before; j++)
             x[k] -= f->g[(size_t)j * n + k] * x[j];
         x[k] /= f->diagonal[k];
-        weight[f->order[k]] = -x[k] / f->length[f->order[k]];
+        weight[place_of_row(s, f->order[k])] = -x[k] / f->length[f->order[k]];
     }
 }
 
 int left_null_vector(struct system *s, const double *q, int number, double *lambda)
 {
-    const int rows = s->model->rows + s->model->drives;
+    const int rows = s->rows_on + s->model->drives;
     const struct mark mark = s->arena->top;
     struct factors f;
     const int rank = factorise_rows(s, q, &f), lost = rank >= 0 && rank + number < rows;
     if (lost)
-        cancelling(&f, s->n, rank, rank + number, rows, lambda);
+        cancelling(s, &f, rank, rank + number, lambda);
     give_back(s->arena, mark);
     return lost;
 }
@@ -185,7 +200,7 @@ static enum outcome take_nullspace(struct system *s, size_t rows, struct nullspa
 {
     const size_t n = s->n;
     struct arena *arena = s->arena;
-    take_factors(arena, &z->factors, n, rows);
+    take_factors(s, &z->factors, rows);
     take_least_norm(arena, &z->least_norm, rows);
     z->particular = TAKE(arena, double, n);
     z->null = TAKE(arena, double, (n * n));
@@ -280,7 +295,7 @@ end:
 enum outcome factorise_motions(struct system *s, const double *q, int held, const double *y, const double *t,
                                double nearest, struct nullspace *z)
 {
-    const int fixed = s->model->rows + s->model->drives, rows = fixed + held;
+    const int fixed = s->rows_on + s->model->drives, rows = fixed + held;
     *z = (struct nullspace){.q = q, .rows = rows, .fixed = fixed, .accelerates = t != NULL};
     const enum outcome outcome = take_nullspace(s, rows, z);
     double *push = TAKE_ZEROS(s->arena, double, s->model->contacts);
@@ -319,15 +334,16 @@ static void least_along_branch(const struct system *s, const struct nullspace *z
     }
     find_least_norm(d, drives + held, z->rank - s->branch->rank, z->factors.g, z->factors.beta, z->more, &z->least_norm,
                     z->every);
-    for (int i = 0; i < z->along; i++)
-        lambda[i] = NAN;
+    for (int i = 0; i < s->rows_on; i++)
+        z->every[drives + held + i] = NAN;
+    spread_multipliers(s, z->every + drives + held, lambda);
     memcpy(lambda + z->along, z->every + drives, held * sizeof *lambda);
 }
 
 void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
                    double *lambda)
 {
-    const size_t n = s->n, free_ = n - z->rank, closed = s->model->rows;
+    const size_t n = s->n, free_ = n - z->rank;
     memcpy(x, z->particular, n * sizeof *x);
     residual(s, z->q, context, x, z->b);
     for (int pass = 0; pass < (s->refine ? PASSES : 1); pass++) { /* refined where masses differ by many orders */
@@ -343,8 +359,8 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
     for (size_t i = 0; i < n; i++)
         z->b[i] *= s->unit[i];
     find_least_norm((int)n, z->rows, z->rank, z->factors.g, z->factors.beta, z->b, &z->least_norm, z->every);
-    memcpy(lambda, z->every, closed * sizeof *lambda);
-    memcpy(lambda + closed, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
+    spread_multipliers(s, z->every, lambda);
+    memcpy(lambda + s->model->rows, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
 }
 
 void momentum_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
@@ -393,9 +409,9 @@ enum outcome keep_velocities_along_branch(struct system *s, const double *q, dou
 {
     const struct ccgen_model *m = s->model;
     const struct branch *b = s->branch;
-    const int n = s->n, d = b->freedom, held = active_rows(s, 1), rows = m->rows + m->drives + held;
+    const int n = s->n, d = b->freedom, held = active_rows(s, 1), fixed = s->rows_on + m->drives, rows = fixed + held;
     const struct mark mark = s->arena->top;
-    struct nullspace z = {.q = q, .rows = rows, .fixed = m->rows + m->drives};
+    struct nullspace z = {.q = q, .rows = rows, .fixed = fixed};
     double *x = TAKE_ZEROS(s->arena, double, n), *f = TAKE(s->arena, double, n), *more = TAKE(s->arena, double, n);
     double *rates = TAKE(s->arena, double, m->contacts), *slips = TAKE(s->arena, double, m->contacts);
     double *wanted = TAKE(s->arena, double, held), *speed = TAKE(s->arena, double, m->drives);

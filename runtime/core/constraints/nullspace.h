@@ -8,7 +8,7 @@
 /* out[n] = M x + (terms that do not depend on x): what A^T lambda must balance */
 typedef void affine(const struct system *s, const double *q, const void *context, const double *x, double *out);
 
-/* The rows of the closure, of driven joints and of held contacts as columns of g, factorised */
+/* The rows of the closure that are on, of driven joints and of held contacts as columns of g, factorised */
 struct factors {
     double *g, *length, *diagonal, *beta; /* [rows][n], [rows] */
     double *right;                        /* [rows] right-hand sides */
@@ -21,7 +21,7 @@ void momentum_residual(const struct system *s, const double *q, const void *f, c
 /* A place, its rows factorised, and all motions that these leave: one of them, and those that none of the rows sees */
 struct nullspace {
     const double *q;       /* [n] */
-    int rows, fixed, rank; /* all rows, those of the closure and of driven joints, those that count */
+    int rows, fixed, rank; /* all rows that are on, those of the closure and of driven joints, those that count */
     int along; /* of these the rows that the branch of the system keeps by itself, or 0: the factors are then of the others along it */
     int accelerates; /* motions are accelerations, not jumps */
     struct factors factors;
@@ -31,7 +31,7 @@ struct nullspace {
     double *b, *more, *every; /* scratch: [n], [n], [rows] */
 };
 
-/* All motions x[n] with A x = y on the rows that count, from the arena; at a state of the system's branch those along it, and multipliers of the closure
+/* All motions x[n] with A x = y[all rows + held] on the rows that count, from the arena; at a state of the system's branch those along it, and multipliers of the closure
  * are then NaN: they may have no bound. The rows
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
@@ -39,7 +39,7 @@ struct nullspace {
 enum outcome factorise_motions(struct system *s, const double *q, int held, const double *y, const double *t,
                                double nearest, struct nullspace *z);
 
-/* That of these motions, and lambda[rows + held] of least norm, with residual(x) = A^T lambda */
+/* That of these motions, and lambda[all rows + held] of least norm, 0 of those that are off, with residual(x) = A^T lambda */
 void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
                    double *lambda);
 
@@ -58,7 +58,7 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
  * 1 where rows are at right angles */
 double rank_margin(struct system *s, const double *q);
 
-/* How many of these rows count, and how near the nearest of them comes */
+/* How many of these rows count, of which those that are off are none, and how near the nearest of them comes */
 int row_rank(struct system *s, const double *q, double *nearest);
 
 /* motions[n - rank][n]: a basis of the motions that none of these rows that count sees, orthonormal in units; the rank, or -1 when

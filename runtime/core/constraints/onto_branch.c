@@ -72,9 +72,10 @@ static enum outcome close_other_rows(struct system *s, double *q)
         goto end;
     s->model->closure(s->k, q, gap);
     scaled_closure_rows(s, q, g, length);
-    for (int j = 0; j < rows; j++)
-        order[j] = j;
-    const int rank = reduce_columns(n, rows, g, BRIDGED, diagonal, beta, order);
+    keep_rows_on(s, g);
+    for (int j = 0; j < s->rows_on; j++)
+        order[j] = s->on[j];
+    const int rank = reduce_columns(n, s->rows_on, g, BRIDGED, diagonal, beta, order);
     for (int k = 0; k < rank; k++)
         x[k] = -gap[order[k]] / length[order[k]];
     solve_transposed_triangle(n, rank, g, diagonal, x);

@@ -288,7 +288,7 @@ static enum outcome search_place(struct system *s, struct branch *b, struct clos
     int found = 0;
     double *at = TAKE(s->arena, double, n), *x = TAKE(s->arena, double, n), last = INFINITY;
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (!outcome && b->rank < s->model->rows) /* rows that are redundant everywhere look as those that are lost here */
+    if (!outcome && b->rank < s->rows_on) /* rows that are redundant everywhere look as those that are lost here */
         outcome = OUTCOME_NOT_CLOSED;
     if (!outcome)
         memcpy(at, q, n * sizeof *q);

@@ -55,10 +55,10 @@ int correct_by_kernel(struct system *s, const double *q, const struct unreduced 
  * no digit is to be known, as the rounding that is found in its place has none. */
 static int stands_still(const struct system *s, const struct unreduced *of)
 {
-    if (of->u || s->n > s->model->rows + s->model->drives)
+    if (of->u || s->n > s->rows_on + s->model->drives)
         return 0;
-    for (int j = 0; j < s->model->rows; j++)
-        if (of->y[j] != 0.0)
+    for (int k = 0; k < s->rows_on; k++)
+        if (of->y[s->on[k]] != 0.0)
             return 0;
     return 1;
 }

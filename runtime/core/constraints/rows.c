@@ -46,6 +46,21 @@ void scaled_closure_rows(const struct system *s, const double *q, double *g, dou
     divide_by_lengths(s->n, closed, length, g);
 }
 
+void keep_rows_on(const struct system *s, double *g)
+{
+    const size_t n = s->n;
+    for (size_t k = 0; k < (size_t)s->rows_on; k++)
+        if ((size_t)s->on[k] != k)
+            memcpy(g + k * n, g + s->on[k] * n, n * sizeof *g);
+}
+
+void spread_multipliers(const struct system *s, const double *of_rows_on, double *lambda)
+{
+    memset(lambda, 0, s->model->rows * sizeof *lambda);
+    for (int k = 0; k < s->rows_on; k++)
+        lambda[s->on[k]] = of_rows_on[k];
+}
+
 void scaled_other_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
                        double *g, double *length, double *right)
 {

@@ -362,7 +362,7 @@ enum outcome leave_on_cone(struct phase *f)
     const struct mark mark = s->arena->top;
     struct cone k;
     enum outcome outcome = OUTCOME_DONE;
-    if (!s->model->rows || !moves(s, f->y + s->n) || take_cone(f, &k))
+    if (!s->rows_on || !moves(s, f->y + s->n) || take_cone(f, &k))
         goto end;
     const double speed = fastest(s, f->y + s->n), enough = STRAIGHT * speed * speed;
     k.c = chi(s, f->y, &k, f->y + s->n, f->y + s->n);

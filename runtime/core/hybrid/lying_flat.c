@@ -120,7 +120,7 @@ enum outcome lay_flat(struct phase *f, int *contact)
     const double unknown = sqrt(DBL_EPSILON);
     double nearest, parts[2];
     *contact = -1;
-    if (!s->model->rows || !s->model->contacts)
+    if (!s->rows_on || !s->model->contacts)
         return OUTCOME_DONE;
     const int rank = row_rank(s, f->y, &nearest), beside = f->branch.rank + s->model->drives;
     const int lost_already = f->branch.rank && rank < beside;

@@ -270,5 +270,7 @@ int set_state(struct automaton *a, struct phase *f, const void *bytes)
     if (memcmp((const char *)bytes + sum, (const char *)&kind + sum, sizeof kind - sum))
         return 1;
     take_back(a, f, (const char *)bytes + sizeof kind);
+    if (f->branch.rank > f->s->rows_on) /* from where more rows were on: it is found anew */
+        f->branch.rank = 0;
     return is_sound(a, f) ? 0 : 2;
 }

@@ -144,7 +144,7 @@ static enum outcome approaches_unseen(struct phase *f, const struct blow *b, int
         read_state_on_branch(s, f->y, f->y + s->n);
     contact_rates(s, f->y, f->dy + s->n, rates);
     contact_bias(s, f->y, f->y + s->n, bias);
-    const double sigma = s->model->rows ? fmin(1.0, rank_margin(s, f->y)) : 1.0;
+    const double sigma = s->rows_on ? fmin(1.0, rank_margin(s, f->y)) : 1.0;
     for (int i = 0; i < b->count && *unseen; i++) {
         const int c = f->set[i];
         const double speed = fmin(f->rates[c], 0.0), e = s->restitution[c], a = rates[c] + bias[c];

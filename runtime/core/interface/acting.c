@@ -1,7 +1,8 @@
 /* What events of the scene do where a run halts at them (docs/theory, section 5.17).
  *
- * All that come at one instant are done together, in the order of their tables, with values that are worked out before any is set. Motion then begins
- * anew from the same state. Effects hold what they held, but those that come on. The scales of the mechanism stay those with which the simulation was made. */
+ * All that come at one instant are done together, in the order of their tables, with values that are worked out before any is set; behind them joints that change, one after
+ * the other, for each that takes hold has an impact of its own. Motion then begins anew from there. Effects hold what they held, but those that come on. The scales of the
+ * mechanism stay those with which the simulation was made. */
 #include "interface/acting.h"
 
 #include <math.h>
@@ -9,7 +10,9 @@
 
 #include "base/tolerances.h"
 #include "base/within.h"
+#include "hybrid/state.h"
 #include "interface/crossings.h"
+#include "interface/joint_changes.h"
 #include "model/contacts.h"
 
 enum { MOST_ACTS = 10000 /* of a run; more are taken for a parameter that is set to and fro without end */ };
@@ -80,36 +83,57 @@ static enum outcome check_state(struct ccgen_simulation *it)
     return outcome;
 }
 
+/* Set what has come at this instant: events, then joints, which read what those have set. */
+static enum outcome do_what_came(struct ccgen_simulation *it, int *sets, int *ends)
+{
+    const struct ccgen_model *m = it->system.model;
+    enum outcome outcome = OUTCOME_DONE;
+    int wrong = 0;
+    for (int i = 0; i < m->indicators; i++) {
+        if (!times_come(it, i, ends) || outcome)
+            continue;
+        if (!is_of_joint(it, i)) {
+            wrong |= set_values_of(it, i, sets);
+            continue;
+        }
+        if (*sets && !wrong)
+            derive_parameters(it);
+        *sets = 1;
+        outcome = wrong ? OUTCOME_CANNOT_SET : change_joint(it, i);
+    }
+    if (*sets)
+        derive_parameters(it);
+    return wrong ? OUTCOME_CANNOT_SET : outcome;
+}
+
 enum outcome act(struct ccgen_simulation *it, int *ends)
 {
     const struct ccgen_model *m = it->system.model;
     const double *y = it->phase.y, *u = y + it->system.n;
-    const size_t size = m->parameters * sizeof *it->kept;
-    int wrong = 0, sets = 0;
+    const struct recorded before = note_record(&it->run);
+    int sets = 0;
     *ends = 0;
     if (m->event_values)
         m->find_event_values(it->k, y, u, it->phase.t, it->event_values);
-    if (size)
-        memcpy(it->kept, it->run.values, size);
-    for (int i = 0; i < m->indicators; i++) {
-        const int came = times_come(it, i, ends);
-        wrong |= came && set_values_of(it, i, &sets);
-    }
+    if (m->parameters)
+        memcpy(it->kept, it->run.values, m->parameters * sizeof *it->kept);
+    keep_state(&it->automaton, &it->phase, it->before);
+    enum outcome outcome = do_what_came(it, &sets, ends);
     if (!sets)
         return OUTCOME_DONE;
     it->changed = 1;
-    derive_parameters(it);
-    enum outcome outcome = wrong ? OUTCOME_CANNOT_SET : check_state(it);
+    outcome = outcome ? outcome : check_state(it);
     if (!outcome && ++it->acted > MOST_ACTS)
         outcome = OUTCOME_SET_WITHOUT_END;
-    if (outcome) { /* nothing has been set then */
-        memcpy(it->run.values, it->kept, size);
-        derive_parameters(it);
-        return it->run.outcome = outcome;
+    if (!outcome) {
+        forget_what_was_off(it);
+        outcome = begin_anew(it);
     }
-    forget_what_was_off(it);
-    outcome = begin_anew(it);
-    if (!outcome)
+    if (outcome) { /* nothing has been set then */
+        take_back(&it->automaton, &it->phase, it->before);
+        cut_record(&it->run, before);
+        derive_parameters(it);
+    } else
         watch_anew(it);
     return it->run.outcome = outcome;
 }

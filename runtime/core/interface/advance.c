@@ -99,7 +99,7 @@ enum outcome step_by_singularity(const struct stretch *w, double t, double *y, i
 {
     struct advance a;
     *there_is = 0;
-    if (!w->system->model->rows || w->drift != DRIFT_PROJECTED || !w->method->step)
+    if (!w->system->rows_on || w->drift != DRIFT_PROJECTED || !w->method->step)
         return OUTCOME_DONE;
     enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
     double *end = TAKE(a.s.arena, double, a.s.size);

@@ -35,7 +35,7 @@ int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const do
 {
     const enum outcome outcome = reset_holding(it, t, q, u, NULL);
     if (!outcome)
-        begin_watch(it, NULL, NULL);
+        watch_from_start(it);
     return outcome;
 }
 
@@ -73,8 +73,10 @@ int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_
     }
     if (met.indicator >= 0 && !outcome)
         event->kind = CCGEN_CROSSES;
-    if (event->kind == CCGEN_CROSSES && it->run.acts)
+    if (event->kind == CCGEN_CROSSES && it->run.acts) {
         outcome = act(it, &ends);
+        event->impacts = it->run.impacts.count - met.impacts; /* with those of joints that took hold */
+    }
     if (ends)
         event->kind = CCGEN_ENDS;
     return outcome;

@@ -11,6 +11,7 @@
 
 #include "base/tolerances.h"
 #include "hybrid/state.h"
+#include "interface/joint_changes.h"
 #include "steps/scene_events.h"
 
 enum {
@@ -32,7 +33,8 @@ struct known {
     long *came;     /* [indicators] how many of them have, of those that count */
     size_t count;   /* events that were found, */
     size_t counted; /* and of those, which count for where a run halts */
-    size_t row;     /* the last row that was looked at */
+    size_t row;     /* the last row that was looked at, */
+    size_t impact;  /* and how many impacts were */
     int begun;
 };
 
@@ -43,13 +45,14 @@ struct watch {
     unsigned char *before; /* now.below at the last look */
     size_t halted;         /* the number in `found` of the event at which a run that halts does, */
     size_t first, done; /* and of the first that comes together with it; how many there were when the run last halted */
-    unsigned char *acts; /* [indicators] whether each sets something */
-    double *y;           /* [2 n] a state */
-    double *border;      /* [indicators] times at which they begin or end to have values */
-    char *state;         /* of the run before such a leg */
-    int probed;          /* one of which a root is looked for */
-    double sign, level;  /* in that: times its value, less the level */
-    int by_rate;         /* or times its rate */
+    unsigned char *acts;   /* [indicators] whether each sets something, */
+    unsigned char *looked; /* [indicators] and is looked for */
+    double *y;             /* [2 n] a state */
+    double *border;        /* [indicators] times at which they begin or end to have values */
+    char *state;           /* of the run before such a leg */
+    int probed;            /* one of which a root is looked for */
+    double sign, level;    /* in that: times its value, less the level */
+    int by_rate;           /* or times its rate */
     struct ccgen_crossing *found;
     double *states;       /* [now.count][2 n] */
     double *since;        /* [now.count] when the look before each was, */
@@ -99,6 +102,7 @@ int take_watch(struct ccgen_simulation *it)
         return 1;
     w->before = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
     w->acts = TAKE_ZEROS(arena, unsigned char, count);
+    w->looked = TAKE_ZEROS(arena, unsigned char, count);
     w->y = TAKE(arena, double, 2 * (size_t)it->system.n);
     w->border = TAKE_ZEROS(arena, double, count);
     w->state = TAKE(arena, char, kept_size(&it->phase));
@@ -114,26 +118,6 @@ static long how_many(const struct ccgen_simulation *it, int i)
     const struct watch *w = it->watch;
     const long more = it->system.model->stops_at[i] - w->now.came[i];
     return !it->run.acts || w->acts[i] ? 1 : more > 0 ? more : -1;
-}
-
-void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
-{
-    struct watch *w = it->watch;
-    const size_t count = 2 * (size_t)it->system.model->indicators;
-    if (!w)
-        return;
-    w->now.begun = 0;
-    w->now.row = w->now.count = w->now.counted = 0;
-    if (armed)
-        memcpy(w->now.below, armed, count);
-    else
-        memset(w->now.below, 0, count);
-    for (int i = 0; i < it->system.model->indicators; i++) {
-        w->now.came[i] = 0;
-        w->now.left[i] = left ? left[i] : how_many(it, i);
-    }
-    w->first = w->done = 0;
-    it->broken_off = 0;
 }
 
 void free_watch(struct ccgen_simulation *it)
@@ -154,12 +138,60 @@ static void see(const struct ccgen_simulation *it, double t, const double *q, co
     s->model->indicate(s->k, q, u, t, scales, to->value, to->rate, to->size);
 }
 
+/* What has become one that is looked for: a force counts as one that was less before. */
+static void look_for(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    for (int i = 0; i < it->system.model->indicators; i++) {
+        const unsigned char looked = (unsigned char)is_looked_for(it, i);
+        if (looked && !w->looked[i])
+            w->now.below[2 * i] = (unsigned char)is_of_force(it, i);
+        w->looked[i] = looked;
+    }
+}
+
+void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
+{
+    struct watch *w = it->watch;
+    const size_t count = 2 * (size_t)it->system.model->indicators;
+    if (!w)
+        return;
+    w->now.begun = 0;
+    w->now.row = w->now.count = w->now.counted = w->now.impact = 0;
+    memset(w->looked, 0, it->system.model->indicators);
+    memset(w->now.below, 0, count);
+    look_for(it);
+    if (armed)
+        memcpy(w->now.below, armed, count);
+    for (int i = 0; i < it->system.model->indicators; i++) {
+        w->now.came[i] = 0;
+        w->now.left[i] = left ? left[i] : how_many(it, i);
+    }
+    w->first = w->done = 0;
+    it->broken_off = 0;
+}
+
+void watch_from_start(struct ccgen_simulation *it)
+{
+    struct watch *w = it->watch;
+    const double *y = it->phase.y;
+    begin_watch(it, NULL, NULL);
+    if (!w)
+        return;
+    see(it, it->phase.t, y, y + it->system.n, &w->probe);
+    for (int i = 0; i < it->system.model->indicators; i++)
+        if (is_of_time(it, i) && !(w->probe.value[i] > 0.0))
+            w->now.below[2 * i] = 1;
+}
+
 /* At a row as it is recorded: the end of a step, or what an impact leaves */
-static void see_row(const struct ccgen_simulation *it, size_t row, struct seen *to)
+static enum outcome see_row(const struct ccgen_simulation *it, size_t row, struct seen *to)
 {
     const struct record *record = &it->run.record;
-    const double *y = record->y + row * (it->system.size + it->system.model->latches);
-    see(it, record->t[row], y, y + it->system.n, to);
+    const double t = record->t[row], *y = record->y + row * (it->system.size + it->system.model->latches);
+    const int before = row + 1 < record->count && record->t[row + 1] == t;
+    see(it, t, y, y + it->system.n, to);
+    return compare_forces(it, &it->watch->between, t, before, y, y + it->system.n, to->value);
 }
 
 static enum outcome look_at(struct ccgen_simulation *it, double t, struct seen *to)
@@ -167,9 +199,10 @@ static enum outcome look_at(struct ccgen_simulation *it, double t, struct seen *
     struct watch *w = it->watch;
     double *q = w->y, *u = q + it->system.n;
     const enum outcome outcome = state_at(it, &w->between, t, q, u);
-    if (!outcome)
-        see(it, t, q, u, to);
-    return outcome;
+    if (outcome)
+        return outcome;
+    see(it, t, q, u, to);
+    return compare_forces(it, &w->between, t, 0, q, u, to->value);
 }
 
 /* What a root is looked for of, at t, and its rate, no number where that is not known */
@@ -249,7 +282,7 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
     const enum outcome outcome = state_at(it, &w->between, t, y, y + it->system.n);
     w->since[w->now.count] = w->now.last.t;
     memcpy(w->flags + w->now.count * signals, w->before, signals);
-    if (!outcome)
+    if (!outcome && is_near(it, indicator, y))
         w->found[w->now.count++] = (struct ccgen_crossing){t, indicator, direction};
     return outcome;
 }
@@ -327,6 +360,10 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
         for (int k = 0; k < 2 && !outcome; k++) {
             const double sign = k ? -1.0 : 1.0;
             unsigned char *below = &w->now.below[2 * i + k];
+            if (!w->looked[i]) {
+                *below = 0;
+                continue;
+            }
             const int is = is_below(&w->next, i, sign, *below);
             if (m->directions[i] != -(int)sign && w->now.begun)
                 outcome = cross(it, i, sign, *below, is, piece);
@@ -357,8 +394,28 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
 /* A look at a row that no step is looked through to */
 static enum outcome look_at_row(struct ccgen_simulation *it, size_t row)
 {
-    see_row(it, row, &it->watch->next);
-    return compare(it, 0);
+    const enum outcome outcome = see_row(it, row, &it->watch->next);
+    return outcome ? outcome : compare(it, 0);
+}
+
+/* Joints whose limits the impulses of impacts up to t pass */
+static enum outcome look_at_impacts(struct ccgen_simulation *it, double t)
+{
+    struct watch *w = it->watch;
+    const struct impacts *impacts = &it->run.impacts;
+    enum outcome outcome = OUTCOME_DONE;
+    for (; w->now.impact < impacts->count && impacts->t[w->now.impact] <= t && !outcome; w->now.impact += !outcome)
+        for (int i = 0; i < it->system.model->indicators && !outcome; i++) {
+            const struct ccgen_crossing *last = w->now.count ? &w->found[w->now.count - 1] : NULL;
+            const int known = last && last->indicator == i && last->t == impacts->t[w->now.impact];
+            int passed = 0;
+            outcome = find_impulse(it, w->now.impact, i, &passed);
+            if (!outcome && passed && !known) {
+                memcpy(w->before, w->now.below, 2 * (size_t)it->system.model->indicators);
+                outcome = append(it, impacts->t[w->now.impact], i, 1);
+            }
+        }
+    return outcome;
 }
 
 /* Where an indicator has a value at one of the last look and t alone: a time on that side of the border, and as far from it as its rounding, which has no bound there for
@@ -419,8 +476,7 @@ static enum outcome see_next(struct ccgen_simulation *it, double t, const size_t
     struct seen *next = &it->watch->next;
     if (!row)
         return look_at(it, t, next);
-    see_row(it, *row, next);
-    return OUTCOME_DONE;
+    return see_row(it, *row, next);
 }
 
 /* Go on to it, behind a piece of a step that is looked through or quiet ones. */
@@ -507,7 +563,14 @@ double short_of_halt(struct ccgen_simulation *it)
     struct watch *w = it->watch;
     const struct ccgen_crossing *halt = &w->found[w->halted];
     const int i = halt->indicator;
-    see_row(it, it->run.record.count - 1, &w->probe);
+    if (see_row(it, it->run.record.count - 1, &w->probe))
+        return 0.0;
+    for (size_t k = it->run.impacts.count;
+         k > 0 && it->run.impacts.t[k - 1] == it->run.record.t[it->run.record.count - 1]; k--) {
+        int passed = 0;
+        if (find_impulse(it, k - 1, i, &passed) || passed)
+            return 0.0;
+    }
     if (!is_below(&w->probe, i, halt->direction, 0))
         return 0.0;
     double value = w->probe.value[i], t = w->probe.t, rate = w->probe.rate[i];
@@ -534,6 +597,7 @@ void end_at_halt(struct ccgen_simulation *it, double together)
         ;
     w->done = w->now.count;
     w->now.row = record->count - 1;
+    w->now.impact = it->run.impacts.count;
     w->found[w->halted].t = record->t[w->now.row];
     memcpy(w->states + w->halted * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
            width * sizeof *w->states);
@@ -567,7 +631,9 @@ int times_come(struct ccgen_simulation *it, int indicator, int *ends)
 void watch_anew(struct ccgen_simulation *it)
 {
     it->watch->now.row = it->run.record.count - 1;
+    it->watch->now.impact = it->run.impacts.count;
     it->watch->now.begun = 0;
+    look_for(it);
 }
 
 int ccgen_crossings(struct ccgen_simulation *it, size_t *count, const struct ccgen_crossing **crossings,
@@ -592,7 +658,7 @@ enum outcome look_at_all(struct ccgen_simulation *it)
 void forget_rows_looked_at(struct ccgen_simulation *it)
 {
     if (it->watch)
-        it->watch->now.row = 0;
+        it->watch->now.row = it->watch->now.impact = 0;
 }
 
 enum outcome find_crossings(struct ccgen_simulation *it)
@@ -615,6 +681,8 @@ enum outcome find_crossings(struct ccgen_simulation *it)
             outcome = look_at_row(it, row);
         if (!outcome && !(then > t) && last)
             outcome = look_at_row(it, next);
+        if (!outcome && last)
+            outcome = look_at_impacts(it, then);
         w->now.row += !outcome;
     }
     return outcome;

@@ -14,6 +14,9 @@ int take_watch(struct ccgen_simulation *it);
  * A run that halts does so when left[indicators] more of each have come, at none of one of which -1 are left; NULL: at the next of each. */
 void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left);
 
+/* The same for a run that begins from its start: joints that let go or take hold at that very time do. */
+void watch_from_start(struct ccgen_simulation *it);
+
 /* Room for the state before a leg of a run that halts */
 char *begin_halting(struct ccgen_simulation *it);
 

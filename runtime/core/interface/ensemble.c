@@ -291,7 +291,7 @@ static void make_run_of(struct worker *w, size_t run)
     e->outcome[run] = reset_holding(it, 0.0, w->q, w->u, NULL);
     if (e->outcome[run])
         return;
-    begin_watch(it, NULL, NULL);
+    watch_from_start(it);
     double since = it->run.record.t[0];
     int acts = 1, ends = 0;
     while (acts) {

@@ -177,7 +177,7 @@ static enum outcome share(struct room *r, const double *q, const double *u, cons
     enum outcome outcome = OUTCOME_REPEATS;
     for (int i = 0; i < 3 && outcome == OUTCOME_REPEATS; i++)
         outcome = share_pushes(s, q, u, u_dot, beyond[i], push, NULL);
-    if (outcome || !m->rows)
+    if (outcome || !s->rows_on)
         return outcome;
     for (int c = 0; c < pushes; c++)
         r->before[c] = push[c] - r->before[c];
@@ -215,7 +215,7 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
 static int is_unknown(struct system *s, const double *q)
 {
     double sigma;
-    return row_rank(s, q, &sigma) == s->model->rows + s->model->drives && sigma < NO_ACCELERATION;
+    return row_rank(s, q, &sigma) == s->rows_on + s->model->drives && sigma < NO_ACCELERATION;
 }
 
 /* What the joints do to their second links then: reaction[joints][3] */
@@ -354,20 +354,22 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
     const int entries = 3 * m->joints;
     struct arena *arena = s->arena;
     const struct mark mark = arena->top;
-    double *f = TAKE(arena, double, s->n), *jump = TAKE(arena, double, s->n);
+    double *f = TAKE_ZEROS(arena, double, s->n), *jump = TAKE(arena, double, s->n);
     double *rates = TAKE(arena, double, m->rows), *impulses = TAKE(arena, double, m->rows);
     double *more = TAKE(arena, double, entries);
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (arena->ran_out)
         goto end;
-    generalized(s, q, P, jump, f);
+    if (m->contacts)
+        generalized(s, q, P, jump, f);
     m->closure_rate(s->k, q, du, rates);
     outcome = system_impulse(s, q, f, rates, RANK_TOLERANCE, jump, impulses);
     if (outcome)
         goto end;
     m->impulse_reactions(s->k, q, du, impulses, reaction);
-    m->contact_reactions(s->k, q, P, more);
-    for (int i = 0; i < entries; i++)
+    if (m->contacts)
+        m->contact_reactions(s->k, q, P, more);
+    for (int i = 0; i < entries && m->contacts; i++)
         reaction[i] += more[i];
     turn_to_second_links(m, 1, 1, reaction);
 end:

@@ -229,9 +229,9 @@ static enum outcome try_width(struct ray *r, double width, const struct group *g
 
 int near_a_limit(struct system *s, const double *q, int rank)
 {
-    const int rows = s->model->rows + s->model->drives;
+    const int rows = s->rows_on + s->model->drives;
     double margin;
-    if (!s->model->rows)
+    if (!s->rows_on)
         return 0;
     const int own = row_rank(s, q, &margin);
     return margin < BESIDE_PLACE || (own < rows && own != rank);

@@ -44,10 +44,24 @@ void keep_closed(struct system *s, enum drift drift)
     s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
 }
 
+/* The constants as they were if all joints held */
+static void derive_as_held(struct ccgen_simulation *it, const double *parameters)
+{
+    const struct ccgen_model *m = it->system.model;
+    memcpy(it->all_held, parameters, m->parameters * sizeof *parameters);
+    for (int r = 0; r < m->rows; r++)
+        if (m->row_held[r] >= 0)
+            it->all_held[m->row_held[r]] = 1.0;
+    m->derive_constants(it->all_held, it->k_held);
+}
+
 static void derive_constants(struct ccgen_simulation *it, const double *parameters)
 {
     const struct ccgen_model *m = it->system.model;
     m->derive_constants(parameters, it->k);
+    it->system.rows_on = find_rows_on(m, parameters, it->on);
+    if (m->joint_of)
+        derive_as_held(it, parameters);
     if (m->contacts)
         m->restitution(it->k, it->restitution);
     if (m->friction)
@@ -87,6 +101,17 @@ void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *se
     s->acceleration_scale = settings->acceleration_scale;
 }
 
+/** Whether each gate of rows is 1 or 0: any other number would leave its rows on in part. */
+static int gates_are_whole(const struct ccgen_model *m, const double *parameters)
+{
+    for (int r = 0; m->row_held && r < m->rows; r++) {
+        const double held = m->row_held[r] >= 0 ? parameters[m->row_held[r]] : 1.0;
+        if (held != 0.0 && held != 1.0)
+            return 0;
+    }
+    return 1;
+}
+
 static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_model *m,
                                 const struct ccgen_settings *settings)
 {
@@ -94,6 +119,9 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     struct arena *arena = s->arena = &it->arena;
     unsigned char *lengths = TAKE(arena, unsigned char, m->nu);
     it->k = TAKE_ZEROS(arena, double, m->constants);
+    it->on = TAKE(arena, int, m->rows);
+    it->k_held = TAKE_ZEROS(arena, double, m->joint_of ? m->constants : 0);
+    it->all_held = TAKE_ZEROS(arena, double, m->joint_of ? m->parameters : 0);
     it->extent = TAKE_ZEROS(arena, double, m->contacts);
     it->lever = TAKE(arena, double, m->contacts);
     it->restitution = TAKE_ZEROS(arena, double, m->contacts);
@@ -116,10 +144,13 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
         lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
     s->lengths = lengths;
     s->k = it->k;
+    s->on = it->on;
     s->restitution = it->restitution;
     s->friction = m->friction ? it->friction : NULL;
     if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
         return OUTCOME_UNKNOWN_LAW;
+    if (!gates_are_whole(m, settings->parameters))
+        return OUTCOME_BAD_SETTINGS;
     set_parameters(it, settings);
     keep_closed(s, (enum drift)settings->drift);
     s->input_source = settings->inputs;
@@ -372,7 +403,7 @@ enum outcome go_on_by_a_stage(struct ccgen_simulation *it, struct met *met)
         met->contact = 1;
     }
     const size_t before = run->impacts.count;
-    const enum outcome outcome = shows_rows(&it->phase) ? OUTCOME_INTERRUPTED : run_whole_stage(it);
+    const enum outcome outcome = run_whole_stage(it);
     if (*stage == STRIKE && it->automaton.event.watch == JAMS && !met->contact) {
         met->impacts = before;
         met->contact = 1;

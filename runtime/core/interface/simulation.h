@@ -17,6 +17,9 @@ struct ccgen_simulation {
     struct watch *watch; /* for events of the scene, or NULL */
     /* what follows from the parameters: [constants], and [contacts] each */
     double *k, *restitution, *friction, *lever, *extent;
+    int *on; /* [rows] of which the first `rows_on` of the system are set */
+    double *k_held,
+        *all_held; /* [constants], [parameters] if all joints held that let go or take hold; where some do */
     /* of a run that does what events say: the parameters of the settings, those before an event, what events set, and room for what effects hold */
     double *given, *kept, *event_values, *held;
     int changed;    /* whether events have set any */

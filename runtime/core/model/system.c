@@ -1,7 +1,18 @@
-/* Sizes of a system's motions. */
+/* The rows of a system that are on, and sizes of its motions. */
 #include "model/system.h"
 
 #include <math.h>
+
+int find_rows_on(const struct ccgen_model *m, const double *parameters, int *on)
+{
+    int count = 0;
+    for (int i = 0; i < m->rows; i++) {
+        const int gate = m->row_held ? m->row_held[i] : -1;
+        if (gate < 0 || parameters[gate] == 1.0)
+            on[count++] = i;
+    }
+    return count;
+}
 
 double fastest(const struct system *s, const double *x)
 {

@@ -19,6 +19,8 @@ struct system {
     const struct impact_law *law; /* of impact: impact/law.h */
     double law_missed; /* what impulses may miss Coulomb's law by where none meets it; 0 but in time stepping */
     int n;             /* nq = nu */
+    int rows_on;       /* rows of the closure that are on, the others being zero and without multipliers: how many, */
+    const int *on;     /* [rows_on] and which, in their order */
     int size;          /* entries of y */
     double *
         inputs; /* of the model, constant unless there is a supply; behind them the sides of effects and what they hold */
@@ -50,6 +52,9 @@ struct system {
     long evaluations;
     long rank_deficient; /* solutions that took the robust path */
 };
+
+/* on[] <- the rows of the closure that are on with these parameters, in their order: how many */
+int find_rows_on(const struct ccgen_model *m, const double *parameters, int *on);
 
 /* The largest entry of a motion x[n]: velocities in rad/s, or lengths of the mechanism per second, or accelerations likewise;
  * infinite where one is not a number. */

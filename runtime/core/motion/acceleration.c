@@ -227,7 +227,7 @@ static enum outcome solve_motion(struct system *s, double t, const double *q, co
         outcome = accelerate_in_nullspace(s, t, q, u, u_dot, lambda);
     else if (s->refine)
         outcome = refine_acceleration(s, t, q, u, u_dot, lambda);
-    if (!outcome && s->baumgarte > 0.0 && m->rows && !follows &&
+    if (!outcome && s->baumgarte > 0.0 && s->rows_on && !follows &&
         !active_count(s)) /* held contacts are projected, and the loops with them */
         outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)

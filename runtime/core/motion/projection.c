@@ -102,7 +102,7 @@ static enum outcome close_gaps(struct system *s, struct room *r, double *q)
 
 enum outcome project_position(struct system *s, double *q)
 {
-    if (!s->model->rows && !active_count(s))
+    if (!s->rows_on && !active_count(s))
         return OUTCOME_DONE;
     const struct mark mark = s->arena->top;
     struct room room;
@@ -115,7 +115,7 @@ enum outcome project_position(struct system *s, double *q)
 enum outcome project_velocity(struct system *s, const double *q, double *u)
 {
     const struct ccgen_model *m = s->model;
-    if (!m->rows && !active_count(s))
+    if (!s->rows_on && !active_count(s))
         return OUTCOME_DONE;
     const struct mark mark = s->arena->top;
     struct room r;

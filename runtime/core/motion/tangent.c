@@ -157,7 +157,8 @@ static enum outcome solve_one(struct system *s, const double *q, const double *f
         outcome = system_impulse(s, q, f, y, RANK_TOLERANCE, du, Lambda);
     if (!outcome) {
         s->model->closure_rate(s->k, q, du, rate);
-        for (int i = 0; i < s->model->rows; i++) {
+        for (int k = 0; k < s->rows_on; k++) {
+            const int i = s->on[k];
             *missed = fmax(*missed, fabs(rate[i] - y[i]));
             *size = fmax(*size, fabs(y[i]));
         }

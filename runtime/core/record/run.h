@@ -39,16 +39,11 @@ struct run {
     const struct method *method;
     enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
-    /* is shown the rows when there are so many `wanted`, and says how many it wants next; a nonzero answer ends the run as an
-     * interruption. May be NULL */
-    int (*look)(void *context, size_t *wanted);
-    void *look_context;
-    size_t wanted;
-    int tells;      /* whether events of the scene are asked for, */
-    int watched;    /* and there are any to look for */
-    int halts;      /* whether the run ends at such events, */
-    int acts;       /* or does what they say */
-    double *values; /* [parameters] as events have set them; NULL of a run that does not */
+    int tells;                        /* whether events of the scene are asked for, */
+    int watched;                      /* and there are any to look for */
+    int halts;                        /* whether the run ends at such events, */
+    int acts;                         /* or does what they say */
+    double *values;                   /* [parameters] as events have set them; NULL of a run that does not */
     enum pause {
         GOES_ON,
         BEFORE_EVENTS, /* it pauses before a step that may hold one, */

@@ -46,7 +46,7 @@ static double gained(struct phase *f, double *done, double *moves)
 /* Whether the step is one that may have wrong velocities at its end: without contacts a motion follows its branch where rows are near dependence. */
 static int guarded(const struct phase *f)
 {
-    return f->s->model->rows && f->s->model->contacts;
+    return f->s->rows_on && f->s->model->contacts;
 }
 
 /* J: what is not known of the work of the load of held contacts, the forces that they would have as the step begins if nothing moved. Places are known to rounding: what lies
@@ -104,7 +104,7 @@ double energy_residual(struct phase *f, double *unknown)
 int breaks_energy(struct phase *f)
 {
     double done, moves;
-    if (!f->s->model->rows || !f->s->model->contacts)
+    if (!guarded(f))
         return 0;
     return fabs(gained(f, &done, &moves)) > GROSS * moves;
 }

@@ -10,7 +10,7 @@
 int comes_near_singularity(struct phase *f, const double *end)
 {
     double part;
-    const int rank = f->s->model->rows;
+    const int rank = f->s->rows_on;
     if (!f->branch.chart || !projects(f))
         return 0;
     if (nearest_part(f, end, 1.0, &part))

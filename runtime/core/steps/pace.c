@@ -42,7 +42,7 @@ int stalls(const struct phase *f)
 {
     const struct ccgen_model *model = f->s->model;
     return f->h * fastest(f->s, f->y + f->s->n) < CRAWL &&
-           (model->contacts || (model->rows && !f->at.bounded && rank_margin(f->s, f->y) < BRIDGED));
+           (model->contacts || (f->s->rows_on && !f->at.bounded && rank_margin(f->s, f->y) < BRIDGED));
 }
 
 int is_crawling(const struct phase *f)
@@ -76,23 +76,10 @@ static int is_endless(struct phase *f)
     return passed * SPEED_UP * ((double)run->step_budget / (double)STRETCH) < run->until - f->t;
 }
 
-int shows_rows(struct phase *f)
-{
-    struct run *run = f->run;
-    const struct record *rows = &run->record;
-    if (!run->look || rows->count < run->wanted || f->t > rows->t[rows->count - 1])
-        return 0;
-    if (f->at.under_way)
-        f->h = f->at.next; /* what a run has that ends here */
-    return run->interruption.ended = run->look(run->look_context, &run->wanted) != 0;
-}
-
 enum outcome within_budget(struct phase *f)
 {
     struct run *run = f->run;
     run->interruption.t = f->t;
-    if (shows_rows(f))
-        return OUTCOME_INTERRUPTED;
     const int asked = run->pauses == BEHIND_A_STEP; /* where it paused before this step */
     if ((run->steps % TICK == 0 && !asked && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
         return OUTCOME_INTERRUPTED;

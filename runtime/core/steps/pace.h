@@ -23,10 +23,6 @@ int stalls(const struct phase *f);
  * motions between contacts and steps of fixed length have no other way on: they keep the whole budget of a window. */
 int is_stuck(const struct phase *f);
 
-/* Show the rows where so many are wanted, between two steps or stages: the record and the state are then those of a run that is interrupted there.
- * Whether the run is to end. */
-int shows_rows(struct phase *f);
-
 /* Whether the run may take another step */
 enum outcome within_budget(struct phase *f);
 

@@ -71,6 +71,11 @@ unsigned char where_events_may_be(struct phase *f)
     struct sample at[EVENT_PARTS + 1], cubic = take_sample(s->arena, count);
     double *y = TAKE(s->arena, double, s->size), *wrong = TAKE_ZEROS(s->arena, double, count);
     unsigned char found = 0;
+    for (int i = 0; i < count && m->change_by; i++)
+        if (m->change_by[i] == 1) { /* of a force nothing is known */
+            give_back(s->arena, mark);
+            return UCHAR_MAX;
+        }
     for (int k = 0; k <= EVENT_PARTS; k++)
         at[k] = take_sample(s->arena, count);
     const int dense = !f->by->derivatives;

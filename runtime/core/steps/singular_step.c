@@ -27,7 +27,7 @@ static int off_the_closure(const struct phase *f)
 int ends_near_dependence(struct phase *f)
 {
     const struct system *s = f->s;
-    const int everywhere = f->branch.rank ? s->model->rows - f->branch.rank : 0;
+    const int everywhere = f->branch.rank ? s->rows_on - f->branch.rank : 0;
     return f->branch.chart && projects(f) &&
            (s->left_out > everywhere || MAGNIFIED * BRIDGED * s->moved_rate * s->length > s->missed_rate) &&
            is_beside_place(f, f->y1);

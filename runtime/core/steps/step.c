@@ -47,7 +47,7 @@ enum outcome evaluate_derivative(struct phase *f)
 
 int projects(const struct phase *f)
 {
-    return active_count(f->s) || (f->s->model->rows && f->s->projects_steps);
+    return active_count(f->s) || (f->s->rows_on && f->s->projects_steps);
 }
 
 /* Whether driven joints are at place[drives] and have speed[drives] still */
@@ -115,7 +115,7 @@ int none_told(enum outcome outcome)
 
 int is_beside_place(struct phase *f, const double *y)
 {
-    const int rank = f->branch.rank ? f->branch.rank : f->s->model->rows;
+    const int rank = f->branch.rank ? f->branch.rank : f->s->rows_on;
     const double margin = closure_margin(f->s, y, rank), seen = f->at.widest;
     f->at.widest = fmax(seen, margin);
     return margin < BRIDGED && margin < (seen > 0.0 ? SIGMA_DROP_COARSE * f->at.widest : SIGMA_DROP * BRIDGED);
@@ -260,7 +260,7 @@ enum outcome step_error(struct phase *f, double *error)
         if (!isfinite(f->y1[i]))
             return OUTCOME_DONE;
     *error = method->measure(f->steps, size, tolerance, f->y, f->y1);
-    if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
+    if (!projects(f) || !f->s->rows_on || !(*error > 1.0 && isfinite(*error)))
         return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
     int count;
     double *estimates = method->estimates(f->steps, size, &count);

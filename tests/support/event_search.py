@@ -1,21 +1,28 @@
-"""Where along a run an expression comes to zero: located in the states between its rows, to rounding."""
+"""Where along a run an expression comes to zero, by looks at its states in Python: what the core finds is held against
+this."""
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..run import Run
-from .growing import blocks
-from .quantities import Of, Quantity
-from .watch import ZERO, State
-from .watching import LOOKS, passage
+from ccgen.runtime import Run
+from ccgen.runtime.arrays import FloatArray
+from ccgen.runtime.model.model import Model
+
+from .quantities import Quantity
+
+ZERO = 64.0
+"""What is nearer to zero than this many roundings of an expression is zero."""
+LOOKS = 8
+"""Instants of each step at which signals are looked at."""
+BLOCK = 16
+"""Rows that are looked at together."""
+State = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -25,15 +32,6 @@ class Signal:
     event: int
     sign: int
     quantity: Quantity
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """A ``signal``, by its number, comes to zero at ``t`` (s), in a ``state`` where that is known."""
-
-    t: float
-    signal: int
-    state: State | None = None
 
 
 def signals_of(events: list[Mapping[str, Any]]) -> tuple[Signal, ...]:
@@ -71,33 +69,6 @@ class Looks:
             t, q, u = np.append(rows[:1], t), np.vstack([run.q[first], q]), np.vstack([run.u[first], u])
         return cls(run, t, q, u)
 
-    def beside_borders(self, signal: Signal, model: Of, none: BoolArray) -> Looks:
-        """These, of which a signal has no value at some, ``none``, and one more wherever between two of them it begins
-        or ends to have values: on that side, and as far from there as its rounding, which has no bound there for roots
-        and logarithms, is still known to half its digits (``look_at_borders`` of interface/crossings.c)."""
-        borders: list[float] = []
-        for k in np.flatnonzero((none[:-1] != none[1:]) & (self.t[:-1] < self.t[1:])).tolist():
-            first, last = a, b = float(self.t[k]), float(self.t[k + 1])
-            epsilon = float(np.finfo(self.t.dtype).eps)
-            near = max(math.sqrt(epsilon) * (b - a), 4.0 * epsilon * max(abs(a), abs(b)))
-            while b - a > near and a < (middle := 0.5 * (a + b)) < b:
-                if math.isnan(signal.quantity.at(model, middle, *self.run.at(middle))) == none[k]:
-                    a = middle
-                else:
-                    b = middle
-            border = b + near if none[k] else a - near
-            borders += [border] if first < border < last else []
-        if not borders:
-            return self
-        times = np.array(borders, dtype=self.t.dtype)
-        places, (q, u) = np.searchsorted(self.t, times), self.run.at(times)
-        return replace(
-            self,
-            t=np.insert(self.t, places, times),
-            q=np.insert(self.q, places, q, axis=0),
-            u=np.insert(self.u, places, u, axis=0),
-        )
-
 
 def _first_impact(run: Run, t: float) -> int:
     """The first impact that is not before t (s)."""
@@ -128,22 +99,17 @@ class Watched:
         return bool(self.below[max(int(np.searchsorted(self.looks, t, side="left")) - 1, 0)])
 
 
-def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
+def watched(signal: Signal, looks: Looks, model: Model, armed: bool) -> Watched:
     """The instants of a signal along a run; ``armed``: it was below zero where the run begins.
 
     It comes to zero where it is not below any more. Between two looks it may come above zero and go back, or below and
     come back: there its rate changes its sign. What is not a number counts as what was there before.
     """
     found = signal.quantity.along(model, looks.t, looks.q, looks.u)
-    none = np.isnan(found.value)
-    if none.any():
-        looks = looks.beside_borders(signal, model, none)
-        found = signal.quantity.along(model, looks.t, looks.q, looks.u)
     values = signal.sign * found.value
     zero = ZERO * np.finfo(values.dtype).eps * found.size
-    zero = np.where(np.isfinite(zero), zero, 0.0)  # it has no bound where a root begins
     below = np.asarray(values < -zero)
-    for k in np.flatnonzero(np.isnan(values)).tolist():
+    for k in np.flatnonzero(~np.isfinite(values)).tolist():
         below[k] = below[k - 1] if k else armed
 
     def value(t: float) -> float:
@@ -159,8 +125,7 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
     peaks = dips = np.zeros(len(below) - 1, dtype=bool)
     if found.rate is not None:
         rates = signal.sign * found.rate
-        valued = ~np.isnan(values)
-        peaks = valued[:-1] & valued[1:] & below[:-1] & below[1:] & (rates[:-1] > 0.0) & (rates[1:] < 0.0)
+        peaks = below[:-1] & below[1:] & (rates[:-1] > 0.0) & (rates[1:] < 0.0)
         dips = (values[:-1] > 0.0) & (values[1:] > 0.0) & (rates[:-1] < 0.0) & (rates[1:] > 0.0)
     for k in np.flatnonzero((below[:-1] & ~below[1:]) | peaks | dips).tolist():
         a, b, last = float(looks.t[k]), float(looks.t[k + 1]), float(values[k + 1])
@@ -169,10 +134,7 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
             last = value(b)
         elif dips[k]:
             a = passage(rate, a, b)
-        if (peaks[k] and not last >= -zero[k]) or (dips[k] and not value(a) < -zero[k]):  # nor where it is no number
-            continue
-        if math.isnan(values[k]):  # it begins beyond zero
-            times.append(b)
+        if (peaks[k] and last < -zero[k]) or (dips[k] and value(a) >= -zero[k]):
             continue
         level = min(last, 0.0)
         times.append(float(passage(lambda t, level=level: value(t) - level, a, b)))  # type: ignore[misc]
@@ -201,3 +163,45 @@ def seen(before: Seen | None, run: Run, signals: Sequence[Signal], armed: Sequen
             was_below = bool(of_signal[-1].below[-1]) if of_signal else first
             of_signal.append(watched(signal, looks, run.model, was_below))
     return Seen(run, tuple(Watched.joined(of_signal) for of_signal in parts))
+
+
+def passage(value: Callable[[float], float], a: float, b: float) -> float:
+    """The instant, to rounding, at which ``value``, negative at ``a``, comes to zero; it is not negative there.
+
+    By regula falsi with Illinois' halving, and bisection where that goes slowly.
+    """
+    low, high = value(a), value(b)
+    while True:
+        middle = 0.5 * (a + b)
+        if not a < middle < b:
+            return b
+        width = b - a
+        for _ in range(3):
+            t = b - high * (b - a) / (high - low) if high > low else 0.5 * (a + b)
+            t = min(max(t, np.nextafter(a, b)), np.nextafter(b, a))
+            if not a < t < b:
+                return b
+            found = value(t)
+            if found < 0.0:
+                a, low, high = t, found, 0.5 * high
+            else:
+                b, high, low = t, found, 0.5 * low
+        middle = 0.5 * (a + b)
+        if b - a > 0.5 * width and a < middle < b:
+            found = value(middle)
+            a, b = (middle, b) if found < 0.0 else (a, middle)
+            low, high = (found, high) if found < 0.0 else (low, found)
+
+
+def blocks(t: FloatArray, first: int) -> Iterator[slice]:
+    """Rows at the times ``t`` (rows,) that never decrease, from ``first`` on, some at a time: each block begins with
+    the last row of the one before, which is the last of its time."""
+    last = len(t) - 1
+    while True:
+        end = min(first + BLOCK, last)
+        while end < last and t[end + 1] == t[end]:
+            end += 1
+        yield slice(first, end + 1)
+        if end == last:
+            return
+        first = end

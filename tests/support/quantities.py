@@ -1,4 +1,5 @@
-"""Expressions of the time and the state, as events of scenes have them, along states: values, rates, and sizes.
+"""Expressions of the time and the state, as events of scenes have them, along states: values, rates, and sizes, by
+what models tell of their points and joints, which is another way than that of their kernels.
 
 A size times the numbers' precision bounds the rounding of a value, first order in it (a running error analysis).
 """
@@ -12,12 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..model.joint_sides import between, ends_of
-from ..model.model import Model
-from ..model.whole import Whole
-
-Of = Model | Whole
+from ccgen.runtime.arrays import FloatArray
+from ccgen.runtime.model.joint_sides import between, ends_of
+from ccgen.runtime.model.model import Model
 
 
 @dataclass(frozen=True)
@@ -82,12 +80,12 @@ class Quantity:
 
     text: str
 
-    def along(self, model: Of, t: FloatArray, q: FloatArray, u: FloatArray) -> Values:
+    def along(self, model: Model, t: FloatArray, q: FloatArray, u: FloatArray) -> Values:
         """At times t (b,) and states q, u (b, n). Not a number where it has no value."""
         with np.errstate(all="ignore"):
             return _Reader(model, t, q, u).read(ast.parse(self.text, mode="eval").body)
 
-    def at(self, model: Of, t: float, q: FloatArray, u: FloatArray) -> float:
+    def at(self, model: Model, t: float, q: FloatArray, u: FloatArray) -> float:
         """The value at one state."""
         return float(self.along(model, np.array([t]), q[None], u[None]).value[0])
 
@@ -95,7 +93,7 @@ class Quantity:
 class _Reader:
     """Reads an expression at states of a model; the checks were made where it was written."""
 
-    def __init__(self, model: Of, t: FloatArray, q: FloatArray, u: FloatArray) -> None:
+    def __init__(self, model: Model, t: FloatArray, q: FloatArray, u: FloatArray) -> None:
         self.model, self.t, self.q, self.u = model, t, q, u
         self.poses, self.velocities = model.poses(q), model.velocities(q, u)
 

@@ -1,0 +1,159 @@
+"""Joints that let go and take hold in C programs: states, interruption, and changes that cannot be."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.runtime import ensemble, simulate
+
+from ..support.c_library import Library
+from ..support.folders import ROOT
+from ..support.workshop import Workshop
+from .test_release_and_hold import CHAIN, COUPLING, HOOK, TREBUCHET
+
+ACT, CROSSES = 3, 4
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    """The core without a model."""
+    return Library(ROOT / "runtime", Path(tmp_path_factory.mktemp("core")) / "libccgen.so")
+
+
+def begun(library: Library, model: Any, **settings: Any) -> Any:
+    outcome, made = library.create(model, events=ACT, **settings)
+    assert outcome == "done" and made.reset(*model.start()) == "done"
+    return made
+
+
+SCENES = {"coupling": COUPLING, "trebuchet": TREBUCHET, "chain": CHAIN}
+
+
+@pytest.mark.parametrize("method", [b"gauss", b"dop853", b"dopri5", b"radau"])
+@pytest.mark.parametrize("name", SCENES)
+def test_motion_goes_on_from_states_across_changes(
+    name: str, method: bytes, library: Library, workshop: Workshop
+) -> None:
+    """By the same bits, from states at forty times, at changes too."""
+    model = workshop.model(SCENES[name])
+    made, other = (begun(library, model, method=method) for _ in range(2))
+    run = simulate(model, method=method.decode())
+    expected = [(change.t, change.joint) for change in run.changes]
+    stops = sorted([*np.linspace(0.0, model.duration, 41)[1:], *(t for t, _ in expected)])
+
+    def on(one: Any, until: float) -> list[tuple[float, int, int, int]]:
+        found = []
+        while one.motion()[0] < until:
+            outcome, event = one.step_to_event(until)
+            assert outcome == "done"
+            found.append((event.t, event.kind, event.indicator, event.impacts))
+        return found
+
+    states, met = [made.state()], []
+    for stop in stops:
+        met.append(on(made, stop))
+        states.append(made.state())
+    crosses = [
+        one[0] for part in met for one in part if one[1] == CROSSES and one[2] >= len(model.data.get("events", ()))
+    ]
+    assert crosses == pytest.approx([t for t, _ in expected], abs=1e-7)
+    end = np.concatenate(made.motion()[1:])
+    for k in range(0, len(stops), 3):
+        assert other.set_state(states[k]) == "done"
+        rest = [on(other, stop) for stop in stops[k:]]
+        assert rest == met[k:] and np.array_equal(np.concatenate(other.motion()[1:]), end)
+        assert other.parameters() == made.parameters()
+
+
+def test_an_impact_by_which_a_joint_takes_hold_is_told(library: Library, workshop: Workshop) -> None:
+    model = workshop.model(HOOK.format(more="", height=-1.5))
+    made = begun(library, model)
+    assert made.parameters()["grip.held"] == 0.0
+    outcome, event = made.step_to_event(1.0)
+    assert (outcome, event.kind, event.indicator, event.impacts) == ("done", CROSSES, 0, 1)
+    assert event.t == pytest.approx(0.5, abs=1e-12) and made.parameters()["grip.held"] == 1.0
+    assert np.array_equal(made.motion()[2], simulate(model).at(event.t)[1])
+    assert made.crossings()[1] == [(event.t, 0, 1)]
+
+
+@pytest.mark.parametrize("settings", [{}, {"method": b"moreau", "fixed_step": 0.005}], ids=["gauss", "moreau"])
+def test_an_interrupted_motion_changes_as_one_that_is_not(
+    settings: dict[str, Any], library: Library, workshop: Workshop
+) -> None:
+    """By every second, third and seventh tick; time stepping asks at each step, and on the way to changes."""
+    model = workshop.model(COUPLING)
+    ask = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
+
+    def changes(every: int) -> tuple[list[float], Any]:
+        asked, found, calls = 0, [], 0
+
+        def tick(_: object, __: float) -> int:
+            nonlocal asked
+            asked += 1
+            return asked % every == 0
+
+        call = ask(tick)
+        made = begun(library, model, tick=ctypes.cast(call, ctypes.c_void_p), **settings)
+        while made.motion()[0] < model.duration and (calls := calls + 1) < 3000:
+            outcome, event = made.step_to_event(model.duration)
+            if outcome == "done" and event.kind == CROSSES:
+                found.append(event.t)
+        return found, made.motion()[1]
+
+    times, end = changes(10**9)
+    assert len(times) == 2
+    for every in (2, 3, 7):
+        found, there = changes(every)
+        assert found == pytest.approx(times, abs=1e-9) and there == pytest.approx(end, abs=1e-8)
+
+
+FLOOR = '\n[[ground]]\npoint = [0, -1.4]\ncontacts = ["ball.C"]\nrestitution = 0.5\n'
+
+
+@pytest.mark.parametrize(
+    ("height", "more", "outcome"),
+    [(-1.5, "at = 0.4", "too_far"), (-1.3, "at = 0.5\nwithin = 0.3", "inside")],
+    ids=["apart", "behind-a-ground"],
+)
+def test_a_joint_that_cannot_take_hold_leaves_all_as_it_was(
+    height: float, more: str, outcome: str, library: Library, workshop: Workshop
+) -> None:
+    """Also where its impact is over, and then links are drawn to where motion cannot begin."""
+    text = HOOK.format(more=more, height=height) + (FLOOR if outcome == "inside" else "")
+    model = workshop.model(text)
+    made, free = begun(library, model), library.create(model)[1]
+    assert free.reset(*model.start()) == "done"
+    t = 0.4 if outcome == "too_far" else 0.5
+    found, event = made.step_to_event(1.0)
+    assert (found, event.kind, event.indicator, event.impacts) == (outcome, CROSSES, 0, 0)
+    assert free.step_to_event(t)[0] == "done"
+    assert made.motion()[0] == t and made.parameters()["grip.held"] == 0.0
+    assert np.array_equal(made.constants(), free.constants())
+    assert np.concatenate(made.motion()[1:]) == pytest.approx(np.concatenate(free.motion()[1:]), abs=1e-13)
+    assert len(made.rows()[0]) == np.unique(made.rows()[0]).size
+    kept = made.state()
+    for _ in range(2):  # motion goes on without it, from a state of there too
+        assert made.step_to_event(1.0)[0] == free.step_to_event(1.0)[0] == "done"
+        assert np.concatenate(made.motion()[1:]) == pytest.approx(np.concatenate(free.motion()[1:]), abs=1e-13)
+        assert made.set_state(kept) == "done"
+    told = ensemble(model, observe=["q", "u", "impacts"])
+    run = simulate(model)
+    assert told.status[0] == "stopped" and told.reason[0] == run.message
+    assert np.array_equal(told["q"][0], run.q[-1]) and told["impacts"][0] == len(run.impacts)
+
+
+@pytest.mark.parametrize("held", [0.5, -1.0, float("nan")])
+def test_a_gate_that_is_neither_1_nor_0_is_refused(held: float, library: Library, workshop: Workshop) -> None:
+    model = workshop.model(CHAIN)
+    outcome, made = library.create(model)
+    assert outcome == "done"
+    made.values[list(model.parameters).index(next(iter(model.joint_gates.values())))] = held
+    again = made.calls.ccgen_create(
+        ctypes.c_void_p(model.kernels.address), ctypes.byref(made.settings), ctypes.byref(ctypes.c_void_p())
+    )
+    assert library.outcome(again) == "bad_settings"
