@@ -106,7 +106,7 @@ def settings_of(
             check_positive("atol", atol)
     with faults.collecting():
         check_method(name, step)
-    if isinstance(name, str) and name == TIME_STEPPING and (breaking := _breaking(model)):
+    if _is_one_of(name, (TIME_STEPPING,)) and (breaking := _breaking(model)):
         faults.add(
             f"method: found {name!r}, expected one that finds impacts, because {breaking} lets go at a force or an "
             "impulse, which steps over impacts do not tell; choose another"
