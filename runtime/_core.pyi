@@ -231,9 +231,6 @@ class Kernels:
         kept: str = ...,
         state: bytes | None = None,
         on_gain: str = ...,
-        begin: float = ...,
-        latched: Sequence[float] | Array | None = ...,
         left_at: Callable[[float, Array, Array], None] | None = None,
-        armed: Sequence[Sequence[bool]] | None = None,
-        halts: Sequence[int] | None = None,
+        events: tuple[Sequence[bool], Callable[..., tuple[str, Array | None]] | None] | None = None,
     ) -> dict[str, Any]: ...

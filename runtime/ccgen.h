@@ -21,6 +21,12 @@ extern "C" {
 #define CCGEN_PUBLIC
 #endif
 
+/* Where an event indicator of the scene comes to zero: its number, and whether it rises, 1, or falls, -1 */
+struct ccgen_crossing {
+    double t; /* s */
+    int indicator, direction;
+};
+
 /* A model with its parameters, and how its motions are integrated. What is 0 or NULL is chosen as said. Arrays, and `context`,
  * have to stay as long as the simulation, but for `parameters`, `lengths` and `angular`. */
 struct ccgen_settings {
@@ -53,7 +59,13 @@ struct ccgen_settings {
     size_t stop_count;
     int events; /* what becomes of events of the scene: CCGEN_IGNORE, CCGEN_TELL (ccgen_crossings; the motion is the same by every bit), CCGEN_HALT: motion
                  * is told of and ends at each, or CCGEN_ACT: at those that do something, which is done then: they set parameters, switch effects on and
-                 * off, or end the motion */
+                 * off, have joints let go or take hold, or end the motion */
+    /* with CCGEN_ACT, what the program itself does at events of the scene; NULL: nothing. Asked at each event, with q[nq] and u[nu] there, behind what the event sets. It may write into
+     * parameters[parameters], which hold from then on, and answers one of the numbers below; any other interrupts the motion, before the event, to which it comes again. */
+    int (*on_event)(void *context, const struct ccgen_crossing *event, const double *q, const double *u,
+                    double *parameters);
+    void *event_context;
+    const unsigned char *answered; /* [indicators] at which events it is asked; NULL: at all */
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
     int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;
@@ -63,6 +75,12 @@ struct ccgen_settings {
 };
 
 enum { CCGEN_IGNORE, CCGEN_TELL, CCGEN_HALT, CCGEN_ACT };
+
+enum {
+    CCGEN_GO_ON, /* with what on_event has written, if it has */
+    CCGEN_END,   /* and the motion ends there */
+    CCGEN_REFUSE /* what the event asks for cannot be: the motion ends there, and nothing is set */
+};
 
 enum ccgen_event_kind {
     CCGEN_NO_EVENT, /* the time asked for is reached */
@@ -124,22 +142,32 @@ CCGEN_PUBLIC size_t ccgen_state_size(const struct ccgen_simulation *simulation);
 CCGEN_PUBLIC void ccgen_get_state(const struct ccgen_simulation *simulation, void *bytes);
 CCGEN_PUBLIC int ccgen_set_state(struct ccgen_simulation *simulation, const void *bytes);
 
-/* Rows that are recorded, one for the start, for every step and for every choice of contacts that moves the state, two for every impact: their times t[rows], and the rows themselves, each with
+/* Rows that are recorded, one for the start, for every step, for every choice of contacts that moves the state and where motion begins anew behind changes, two for every impact: their times t[rows], and the rows themselves, each with
  * *width numbers, q and u first and what effects hold last. They stay where they are until the simulation goes on. */
 CCGEN_PUBLIC size_t ccgen_rows(const struct ccgen_simulation *simulation, const double **t, const double **rows,
                                size_t *width);
-
-/* Where an event indicator of the scene comes to zero: its number, and whether it rises, 1, or falls, -1 */
-struct ccgen_crossing {
-    double t; /* s */
-    int indicator, direction;
-};
 
 /* Those up to the last row, in the order of time, as far as `directions` of the model ask for them: *count, and states[count][2 nq] there,
  * q first. They stay where they are until the next call, and are forgotten by ccgen_reset and ccgen_set_state. An indicator that is at or beyond zero where a
  * motion begins has to go below first. Only with `events` of the settings. */
 CCGEN_PUBLIC int ccgen_crossings(struct ccgen_simulation *simulation, size_t *count,
                                  const struct ccgen_crossing **crossings, const double **states);
+
+/* What an event of the scene has set, or a joint that has let go or taken hold */
+struct ccgen_change {
+    double t;      /* s */
+    int indicator; /* the number of the event, or of the joint's table behind the events; -1: on_event asked for it */
+    int gate;      /* of a joint the number of the parameter that is 1 while it holds; -1 of what an event sets */
+    double energy; /* what the mechanism got by it (J); of a joint that takes hold, as its points were drawn together, */
+    double gap;    /* which were so far apart (m) */
+    size_t crossing; /* by which crossing it came; of a joint that breaks, that by which another took hold */
+    size_t row;      /* from which row on it holds */
+};
+
+/* Those up to now, in the order in which they came: *count, and parameters[count][parameters] behind each. They stay where they are until the simulation goes on, and
+ * are forgotten with the rows. Only with CCGEN_ACT. */
+CCGEN_PUBLIC int ccgen_changes(const struct ccgen_simulation *simulation, size_t *count,
+                               const struct ccgen_change **changes, const double **parameters);
 
 /* Forget what is recorded but the present row: for motions that go on for long. */
 CCGEN_PUBLIC int ccgen_forget(struct ccgen_simulation *simulation);

@@ -289,6 +289,9 @@ cdef extern from *:
     int step_from(const stretch *w, int end, real h, real *y) nogil
 
 cdef extern from *:
+    struct ccgen_crossing:
+        real t
+        int indicator, direction
     struct ccgen_settings:
         const real *parameters
         real length, time, duration
@@ -306,23 +309,38 @@ cdef extern from *:
         int events
         int (*inputs)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
+        int (*on_event)(void *context, const ccgen_crossing *event, const real *q, const real *u, real *parameters) noexcept nogil
+        void *event_context
+        const unsigned char *answered
         int (*tick)(void *context, real t) noexcept nogil
         void *tick_context
+    struct ccgen_change:
+        real t
+        int indicator, gate
+        real energy, gap
+        size_t crossing, row
+    struct recorded:
+        size_t rows, impacts, modes
+    struct origin:
+        recorded at
+        size_t impact
+        real time, energy
+    struct changes:
+        size_t count, tried
+        ccgen_change *of
+        origin *origin
+        real *values
     struct ccgen_simulation:
         system system
         run run
-    struct ccgen_crossing:
-        real t
-        int indicator, direction
+        changes changes
     int ccgen_crossings(ccgen_simulation *made, size_t *count, const ccgen_crossing **crossings, const real **states) nogil
-    void begin_watch(ccgen_simulation *made, const unsigned char *armed, const long *left) nogil
-    const unsigned char *armed_now(const ccgen_simulation *made) nogil
     enum:
-        CCGEN_TELL, CCGEN_HALT
+        CCGEN_ACT
     int ccgen_create(const ccgen_model *model, const ccgen_settings *settings, ccgen_simulation **made) nogil
     void ccgen_get_motion(const ccgen_simulation *made, real *t, real *q, real *u) nogil
-    int reset_holding(ccgen_simulation *made, real t, const real *q, const real *u, const real *latched) nogil
-    int run_simulation "simulate"(ccgen_simulation *made, real until, int *halts) nogil
+    int ccgen_reset(ccgen_simulation *made, real t, const real *q, const real *u) nogil
+    int simulate_through_events(ccgen_simulation *made, real until, int *ends) nogil
     size_t ccgen_state_size(const ccgen_simulation *made) nogil
     void ccgen_get_state(const ccgen_simulation *made, void *bytes) nogil
     int ccgen_set_state(ccgen_simulation *made, const void *bytes) nogil

@@ -124,30 +124,21 @@ cdef class Kernels(Differentiating):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, left_at=None, armed=None, halts=None):
-        """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
-        recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing.
-        ``left_at`` is called with the time, q and u that the ``state`` is of, and may raise. ``armed`` (indicators, 2), where events of the scene are looked for: whether each was below
-        zero before, and whether it was above. The run ends where ``halts`` (indicators,) more events of one have come, -1: at none."""
+                 str kept="projected", bytes state=None, str on_gain="reduce", left_at=None, events=None):
+        """A whole run from t = 0, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
+        recorded. Steps end at ``stops``, times that grow. ``left_at`` is called with the time, q and u that the ``state`` is of, and may raise. ``events``, of a scene that has some:
+        (indicators,) whether each is ``answered`` by a function (number, direction, t, q, u, parameters), and that, or None. It answers a word of ANSWERS and values of all parameters, or None."""
         cdef size_t n = self.m.nu, stop_count = len(stops)
-        cdef real[::1] ends, kept_values
+        cdef real[::1] ends
         cdef const real *from_q = NULL
         cdef const real *from_u = NULL
-        cdef const real *holding = NULL
         cdef const char *left = NULL
-        cdef const unsigned char *before = NULL
-        cdef unsigned char[::1] were
-        cdef const long *most = NULL
-        cdef long[::1] more
-        cdef int outcome, halted
+        cdef unsigned char[::1] answered
+        cdef int outcome, ended = 0
         cdef bytes method = name.encode()
+        cdef _Program program = None
         if state is None and (<size_t>q.shape[0] != n or <size_t>u.shape[0] != n):
             raise ValueError(f"found {q.shape[0]} coordinates and {u.shape[0]} velocities, expected {n} of both")
-        if latched is not None:
-            if len(latched) != self.m.latches:
-                raise ValueError(f"found {len(latched)} values that effects hold, expected {self.m.latches}")
-            kept_values = np.array([*latched, 0.0], dtype=REAL)
-            holding = &kept_values[0]
         cdef ccgen_settings asked = self._settings()
         cdef _Ticker ticker = _Ticker(progress)
         asked.method, asked.rtol, asked.atol, asked.fixed_step = method, rtol, atol, fixed_step
@@ -157,12 +148,12 @@ cdef class Kernels(Differentiating):
             ends = np.array([*stops], dtype=REAL)
             asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
-        if armed is not None:
-            were = np.array(armed, dtype=np.uint8).reshape(2 * self.m.indicators)
-            asked.events, before = CCGEN_TELL, &were[0]
-        if halts is not None:
-            more = np.array(halts, dtype=np.dtype("l"))
-            asked.events, most = CCGEN_HALT, &more[0]
+        if events is not None:
+            asked.events = CCGEN_ACT
+            if events[1] is not None:
+                answered = np.array(events[0], dtype=np.uint8)
+                program = _Program(events[1], n, self.m.parameters)
+                asked.on_event, asked.event_context, asked.answered = _on_event, <void *>program, &answered[0]
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)
         if outcome:
@@ -179,21 +170,22 @@ cdef class Kernels(Differentiating):
             else:
                 left = state
             with nogil:
-                outcome = ccgen_set_state(it, left) if left is not NULL else reset_holding(it, begin, from_q, from_u, holding)
+                outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, 0.0, from_q, from_u)
             if left_at is not None and outcome == 0:
                 left_at(it.run.record.t[0], _numbers(it.run.record.y, n), _numbers(it.run.record.y + n, n))
-            with nogil:
-                if before is not NULL:
-                    begin_watch(it, before, most)
-                if outcome == 0:
-                    outcome = run_simulation(it, until, &halted)
+            scales = (it.system.time, it.system.energy)
+            if outcome == 0:
+                with nogil:
+                    outcome = simulate_through_events(it, until, &ended)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
                 raise ValueError(OTHER_STATE)
+            if program is not None and program.error is not None and not isinstance(program.error, KeyboardInterrupt):
+                raise program.error
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
                 raise supply.error
-            return self._found(it, outcome)
+            return self._found(it, outcome) | {"scales": scales, "ended": bool(ended)}
         finally:
             ccgen_destroy(it)
 
@@ -202,7 +194,7 @@ cdef class Kernels(Differentiating):
         cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count, size = it.system.size
         cdef size_t width = size + self.m.latches
         cdef real end
-        cdef dict came = self._crossings(it) if it.run.watched and rows else {}
+        cdef dict came = self._came(it) if it.run.watched and rows else {}
         cdef bytes state = PyBytes_FromStringAndSize(NULL, ccgen_state_size(it))
         ccgen_get_state(it, <char *>state)
         ccgen_get_motion(it, &end, NULL, NULL)
@@ -236,14 +228,16 @@ cdef class Kernels(Differentiating):
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
             steps=r.steps, rejected=r.rejected, choices=r.choices, chosen_at=r.chosen_at if r.choices else None, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
-            scales=(it.system.time, it.system.energy), state=state, **came,
+            state=state, **came,
         )
 
-    cdef dict _crossings(self, ccgen_simulation *it):
-        """The events of the scene up to the last row, in the order of time."""
+    cdef dict _came(self, ccgen_simulation *it):
+        """The events of the scene up to the last row, in the order of time, and what they and joints have changed, with those of an instant that could not all be done."""
         cdef const ccgen_crossing *crossing = NULL
         cdef const real *states = NULL
-        cdef size_t count = 0, j, n = self.m.nu
+        cdef size_t count = 0, j, n = self.m.nu, parameters = self.m.parameters
+        cdef changes *c = &it.changes
+        cdef real[::1] times, instants
         cdef int outcome
         with nogil:
             outcome = ccgen_crossings(it, &count, &crossing, &states)
@@ -251,9 +245,21 @@ cdef class Kernels(Differentiating):
             raise KeyboardInterrupt
         if outcome:
             raise ValueError(f"no state between the rows at and before t = {it.run.record.t[it.run.record.count - 1]} ({OUTCOMES[outcome].replace('_', ' ')})")
-        cdef const unsigned char *armed = armed_now(it)
+        times, instants = empty(count), empty(c.tried)  # with all their digits
+        for j in range(count):
+            times[j] = crossing[j].t
+        for j in range(c.tried):
+            instants[j] = c.of[j].t
         return dict(
-            armed=[(bool(armed[2 * j]), bool(armed[2 * j + 1])) for j in range(self.m.indicators)],
-            crossings=[(crossing[j].t, crossing[j].indicator, crossing[j].direction) for j in range(count)],
+            crossings=[(np.asarray(times)[j].item(), crossing[j].indicator, crossing[j].direction) for j in range(count)],
             crossed=_columns(states, count, 2 * n, 2 * n) if count else empty((0, 2 * n)),
+            changes=[
+                (np.asarray(instants)[j].item(), c.of[j].indicator, c.of[j].gate, c.of[j].energy, c.of[j].gap, c.of[j].crossing, c.origin[j].impact)
+                for j in range(c.tried)
+            ],
+            origins=[
+                (c.origin[j].at.rows, c.origin[j].at.impacts, c.origin[j].at.modes, (c.origin[j].time, c.origin[j].energy))
+                for j in range(c.count)
+            ],
+            values=_columns(c.values, c.tried, parameters, parameters) if c.tried else empty((0, parameters)),
         )

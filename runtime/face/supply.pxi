@@ -23,6 +23,37 @@ cdef int _tick(void *context, real t) noexcept with gil:
     return 0
 
 
+ANSWERS = ("go_on", "end", "refuse")
+"""What a function answers to an event, in the order of the core's numbers."""
+
+
+cdef class _Program:
+    """What is asked at events: a function, for n velocities and so many parameters."""
+
+    cdef object function
+    cdef public object error
+    cdef Py_ssize_t n, parameters
+
+    def __init__(self, function, n, parameters):
+        self.function, self.error = function, None
+        self.n, self.parameters = n, parameters
+
+
+cdef int _on_event(void *context, const ccgen_crossing *event, const real *q, const real *u, real *parameters) noexcept with gil:
+    """Ask the function; what it raises is kept, and interrupts the run."""
+    cdef _Program program = <_Program>context
+    cdef real[::1] values
+    try:
+        word, found = program.function(event.indicator, event.direction, event.t, _numbers(q, program.n), _numbers(u, program.n), _numbers(parameters, program.parameters))
+        if found is not None and program.parameters:
+            values = np.ascontiguousarray(found, dtype=REAL)
+            memcpy(parameters, &values[0], program.parameters * sizeof(real))
+        return <int>ANSWERS.index(word)
+    except BaseException as error:
+        program.error = error
+        return -1
+
+
 cdef class Supply:
     """Inputs of one run: a function of (t, q, u) that gives an array of them, or a table, values (rows, inputs) over t."""
 

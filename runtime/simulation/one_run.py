@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,10 +21,11 @@ from .dead_point import Way, cut, dead_point
 from .going_on import check_end, check_left, check_state
 from .interruption import checking
 from .result import run_of
-from .watch import Watch
 
 if TYPE_CHECKING:
     from .._core import Supply
+
+Events = tuple[Sequence[bool], Callable[..., tuple[str, FloatArray | None]] | None]
 
 GOES_ON = ("done", "interrupted", "no_memory", "turned_far")
 """Ends of a run that say nothing of the motion after it."""
@@ -76,7 +77,16 @@ def options_of(
     return Options(asked, supply, kinks)
 
 
-def simulate_one(
+class Recorded(NamedTuple):
+    """What the core has ``found`` in the run that a ``model`` begins with these ``options`` and ``inputs``."""
+
+    model: Model
+    options: Options
+    inputs: Given
+    found: dict[str, Any]
+
+
+def record_of(
     model: Model,
     q0: ArrayLike | None,
     u0: ArrayLike | None,
@@ -91,22 +101,18 @@ def simulate_one(
     on_gain: str | None,
     progress: Callable[[float], object] | None,
     keep_interrupted: bool,
-    params: Mapping[str, float] | None = None,
+    now: Model,
+    faults: Faults,
     state: HybridState | None = None,
-    begin: float = 0.0,
-    latched: FloatArray | None = None,
-    way: Way | None = None,
-    watch: Watch | None = None,
-) -> Run:
-    """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
+    events: Events | None = None,
+) -> Recorded:
+    """What the core records of the run from one start, with the arguments of :func:`~..simulate.simulate` but
+    ``params``, which the ``model`` has.
 
-    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``way`` is that
-    of the drives up to here, where this is a stretch of a run that began before. ``watch`` is told of the events of the
-    scene.
+    ``now`` is the model with what events have set on the way to the ``state``, if there is one. ``faults`` are what has
+    been found wrong before; all is said at once. ``events`` is what the core asks at events of
+    the scene: at which indicators, and a function; ``None`` for a scene that has none.
     """
-    faults = Faults()
-    with faults.collecting():
-        model = with_params(model, params)
     valued = not faults
     with faults.collecting():
         options = options_of(
@@ -125,10 +131,10 @@ def simulate_one(
         )
     with faults.collecting():
         if state is not None:
-            check_state(model if valued else None, state, q0, u0)
+            check_state(now if valued else None, state, q0, u0)
             q, u = state.q, state.u
         else:  # where a start is depends on the values
-            q, u = checked_start(model, q0, u0, begin) if valued else read_start(model, q0, u0)
+            q, u = checked_start(model, q0, u0) if valued else read_start(model, q0, u0)
     faults.stop_if_any()
     asked, supply, kinks = options
     if state is not None:
@@ -150,22 +156,29 @@ def simulate_one(
         asked.drift,
         None if state is None else state.memory,
         asked.on_gain,
-        begin,
-        latched,
         None if state is None else partial(check_left, state),
-        None if watch is None else watch.armed_before,
-        None if watch is None else watch.halts,
+        events,
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    if watch is not None:
-        watch.take(found)
-    return _run_of(model, options, inputs, way, found)
+    return Recorded(now, options, inputs, found)
 
 
-def _run_of(model: Model, options: Options, inputs: Given, way: Way | None, found: dict[str, Any]) -> Run:
-    """The run from what the core has found."""
-    asked, supply, _ = options
+def simulate_one(
+    model: Model, q0: ArrayLike | None, u0: ArrayLike | None, *, params: Mapping[str, float] | None, **options: Any
+) -> Run:
+    """The run from one start of a scene without events, with the arguments of :func:`~..simulate.simulate`."""
+    faults = Faults()
+    with faults.collecting():
+        model = with_params(model, params)
+    record = record_of(model, q0, u0, now=model, faults=faults, **options)
+    return run_of_record(record, model, record.found, Way(float(record.found["t"][0]), {}))
+
+
+def run_of_record(record: Recorded, model: Model, found: dict[str, Any], way: Way) -> Run:
+    """The run of what the core has found, or of a part of that by another ``model`` than at first; ``way`` is that of
+    the drives up to there."""
+    (asked, supply, _), inputs = record.options, record.inputs
     if model.data["drives"] and found["outcome"] not in GOES_ON:
         own, holding = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
         held = (found["hold_t"], found["held"])
@@ -173,7 +186,6 @@ def _run_of(model: Model, options: Options, inputs: Given, way: Way | None, foun
         rows = (found["t"], found["q"], found["u"])
         since = int(np.searchsorted(found["t"], found["hold_t"][-1])) if len(found["hold_t"]) else 0
         contacts = found["held"][-1] if found["held"] else ()
-        way = way or Way(float(found["t"][0]), {})
         if met := dead_point(model, *rows, asked.step, exact, way, since, contacts):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)

@@ -12,13 +12,16 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
-from ..record.event import Event
+from ..record.event import ENDED
 from ..record.hybrid_state import HybridState
 from ..record.in_force import InForce
-from ..record.joint_change import JointChange
 from ..record.unexplained import largest
 from ..run import Run
-from .pieces import Piece, number_at, phases_of, unexplained_of
+from .changes import Answered, told_of
+from .dead_point import Way
+from .one_run import Recorded, run_of_record
+from .pieces import Piece, number_at, parts_of, phases_of, unexplained_of
+from .unset import why_not
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +47,7 @@ class StretchedRun(Run):
         spans, row, impact = [], 0, 0
         for piece in self.advance.pieces:
             spans.append((piece.run.model, piece.begin, row, impact))
-            row += len(piece.run.t) - (not piece.anew)
+            row += len(piece.run.t)
             impact += len(piece.impacts)
         return InForce.of_spans(spans)
 
@@ -96,61 +99,61 @@ def _parts(motion: Motion) -> tuple[FloatArray, ...]:
     return motion.u_dot, motion.multipliers, motion.pushes, motion.reactions, motion.told
 
 
-def strung(
-    pieces: Sequence[Piece],
-    events: Sequence[Event],
-    changes: Sequence[JointChange],
-    nfev: int,
-    message: str | None,
-    changed: frozenset[str],
-) -> Run:
-    """The run of all ``pieces``, with its ``events``, and ``changes`` of joints; ``nfev`` is what was evaluated in all,
-    ``message`` says where an event ended it, ``changed`` are the parameters that were set, also before the run.
+def strung(record: Recorded, answers: Sequence[Answered], changed: frozenset[str]) -> Run:
+    """The run of what its core has found, with its events and changes of joints; functions have given these
+    ``answers``, and on the way to its start the parameters ``changed`` were set.
 
-    Its ``model`` has the parameters of the beginning.
+    Its ``model`` has the parameters of the beginning. Each piece is a run of one model.
     """
-    pieces, events = tuple(pieces), tuple(events)
-    last = pieces[-1].run
+    model, found = record.model, record.found
+    told = told_of(model, found, answers)
+    parts, unset = parts_of(found, told.begins), why_not(model, found, told, answers)
+    if unset:
+        parts[-1]["outcome"] = "done"
+    pieces, way = list[Piece](), Way(float(found["t"][0]), {})
+    for begin, part in zip(told.begins, parts, strict=True):
+        run = run_of_record(record, begin.model, part, way)
+        pieces.append(Piece(run, begin.given, begin.struck))
+        way = way.on(begin.model, part["q"][0], part["q"][-1])
+    last, set_in_all = pieces[-1].run, changed | told.set
+    message = unset or last.message
+    if told.ends and not unset:
+        message = f"{ENDED}{last.t[-1]:.12g} s by {' and '.join(told.ends)}"
+    success = last.success and not unset
+    if len(pieces) == 1 and not set_in_all:
+        return replace(last, message=message, success=success, events=tuple(told.events))
     unexplained = unexplained_of(pieces, _jumps(pieces))
-    message = last.message if message is None else message
-    if len(pieces) == 1 and not changed:
-        return replace(last, nfev=nfev, message=message, events=events)
-    firsts = [0 if piece.anew else 1 for piece in pieces]
     return StretchedRun(
-        model=pieces[0].run.model,
-        t=np.concatenate([piece.run.t[first:] for piece, first in zip(pieces, firsts, strict=True)]),
-        q=np.concatenate([piece.run.q[first:] for piece, first in zip(pieces, firsts, strict=True)]),
-        u=np.concatenate([piece.run.u[first:] for piece, first in zip(pieces, firsts, strict=True)]),
+        model=model,
+        t=np.concatenate([piece.run.t for piece in pieces]),
+        q=np.concatenate([piece.run.q for piece in pieces]),
+        u=np.concatenate([piece.run.u for piece in pieces]),
         impacts=tuple(impact for piece in pieces for impact in piece.impacts),
         phases=phases_of(pieces),
-        success=last.success,
+        success=success,
         message=message,
-        nfev=nfev,
+        nfev=last.nfev,
         closure_max=max(piece.run.closure_max for piece in pieces),
         energy_drift=largest(unexplained),
-        advance=Between(pieces),
-        motion=Along(pieces),
+        advance=Between(tuple(pieces)),
+        motion=Along(tuple(pieces)),
         method=last.method,
         drift=last.drift,
-        rest_speed=max(piece.run.rest_speed for piece in pieces),
-        choices=sum(piece.run.choices for piece in pieces),
-        chosen_at=next((piece.run.chosen_at for piece in pieces if piece.run.choices), None),
+        rest_speed=last.rest_speed,
+        choices=last.choices,
+        chosen_at=last.chosen_at,
         closure_rate_max=max(piece.run.closure_rate_max for piece in pieces),
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
-        changes=tuple(changes),
-        events=events,
+        changes=tuple(told.joints),
+        events=tuple(told.events),
         unexplained=unexplained,
-        last=replace(last.state, changed=changed) if last.state is not None else None,
+        last=replace(last.state, changed=set_in_all) if last.state is not None else None,
     )
 
 
 def _jumps(pieces: Sequence[Piece]) -> list[float]:
     """By how much (J) the energy changes where each piece begins, beside what events say that it does."""
-    found = [0.0]
-    for before, piece in pairwise(pieces):
-        change = _energy(piece.run, 0) - _energy(before.run, -1) if piece.anew else 0.0
-        found.append(change - piece.given)
-    return found
+    return [0.0] + [_energy(piece.run, 0) - _energy(before.run, -1) - piece.given for before, piece in pairwise(pieces)]
 
 
 def _energy(run: Run, row: int) -> float:

@@ -238,20 +238,46 @@ def assert_same_beginning(run: Run, whole: Run) -> None:
     assert [one.t for one in run.changes] == [one.t for one in whole.changes[: len(run.changes)]]
 
 
-@pytest.mark.parametrize("name", ["told", "set", hard("caught and told")])
-def test_an_interrupted_run_goes_on_to_the_same_end(name: str, workshop: Workshop) -> None:
-    """From what was kept on, all that is left comes: the two runs joined are the whole one."""
-    text, options = SCENES[name]
-    model = workshop.model(text)
-    whole, counted = simulate(model, **options), Press()
+@pytest.mark.parametrize("name, until", [("told", 6.0), ("set", 300.0), hard("caught and told", 300.0)])
+def test_an_interrupted_run_goes_on_to_the_same_end(name: str, until: float, workshop: Workshop) -> None:
+    """From what was kept on, all that is left comes: the two runs joined are the whole one. A run is one call of the
+    core, which hears by the clock."""
+    model = workshop.model(SCENES[name][0])
+    whole = simulate(model, until=until)
     assert whole.success, whole.message
-    counted.during(model, **options)
-    presses = [Press(int(at)) for at in np.linspace(0.3, 0.6, 3) * counted.count]  # not behind the last step
-    if name == "told":  # one call of the core, which hears by the clock alone
-        presses = [Press(at, by_the_clock=True) for at in (1, 3)]
-    for press in presses:
-        first = press.during(model, **options)
+    for at in (1, 3):
+        first = Press(at, by_the_clock=True).during(model, until=until)
         assert not first.success and first.t[-1] < whole.t[-1]
-        second = simulate(model, state=first.state, until=options.get("until"))
+        second = simulate(model, state=first.state, until=until)
         assert np.array_equal(np.concatenate([first.t[:-1], second.t])[-5:], whole.t[-5:])
         assert [one.t for one in first.events + second.events] == [one.t for one in whole.events]
+
+
+@pytest.mark.parametrize("name", ["set", "caught and set"])
+def test_ctrl_c_in_a_function_of_an_event_ends_the_run_before_it(name: str, workshop: Workshop) -> None:
+    """The event has not come: who goes on from what is kept comes to it again."""
+    model = workshop.model(SCENES[name][0])
+
+    def breaks_off(at: int) -> Any:
+        left = [at]
+
+        def function(event: Any) -> dict[str, float] | None:
+            left[0] -= 1
+            if left[0] == 0:
+                raise KeyboardInterrupt
+            return {"gravity.g": 9.0 + 0.1 * event.t} if event.direction == "rising" else None
+
+        return {"level": function}
+
+    whole = simulate(model, until=6.0, on_event=breaks_off(0))
+    for at in (1, 2, 3):
+        first = simulate(model, until=6.0, on_event=breaks_off(at), keep_interrupted=True)
+        assert not first.success and first.message.endswith("interrupted") and len(first.events) == at - 1
+        assert first.t[-1] < whole.events[at - 1].t
+        second = simulate(model, state=first.state, until=6.0, on_event=breaks_off(0))
+        joined = [*first.events, *second.events]
+        assert [one.t for one in joined] == [one.t for one in whole.events]
+        assert [one.parameters for one in joined] == [one.parameters for one in whole.events]
+        assert np.array_equal(second.q[-1], whole.q[-1])
+        with pytest.raises(KeyboardInterrupt):
+            simulate(model, until=6.0, on_event=breaks_off(at))

@@ -11,7 +11,7 @@ import pytest
 
 from ccgen.runtime import ensemble, simulate
 
-from ..support.c_library import Library
+from ..support.c_library import Crossing, Library
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
 from .test_release_and_hold import CHAIN, COUPLING, HOOK, TREBUCHET
@@ -157,3 +157,81 @@ def test_a_gate_that_is_neither_1_nor_0_is_refused(held: float, library: Library
         ctypes.c_void_p(model.kernels.address), ctypes.byref(made.settings), ctypes.byref(ctypes.c_void_p())
     )
     assert library.outcome(again) == "bad_settings"
+
+
+LEVEL = """
+[[event]]
+name = "level"
+when = "x(ball.C) + 1.4"
+set = { "rod.inertia" = "0.7 + t" }
+[[event]]
+name = "told"
+when = "t - 0.1"
+"""
+GO_ON, END, REFUSE = 0, 1, 2
+
+
+@pytest.mark.parametrize("answers", ["sets", "ends", "refuses", "breaks off"])
+def test_a_program_answers_at_events(answers: str, library: Library, workshop: Workshop) -> None:
+    """As a function in Python: it writes into the parameters, has a joint take hold, ends the motion or refuses."""
+    model = workshop.model(HOOK.format(more="at = 5", height=-1.5).replace("[[hold]]", LEVEL + "[[hold]]"))
+    names, asked, broken = [*model.settable], list[tuple[int, float]](), [answers == "breaks off"]
+    call = ctypes.CFUNCTYPE(
+        ctypes.c_int,
+        ctypes.c_void_p,
+        ctypes.POINTER(Crossing),
+        *[ctypes.POINTER(ctypes.c_double)] * 3,
+    )
+
+    def on_event(_: object, event: Any, q: Any, u: Any, parameters: Any) -> int:
+        asked.append((event[0].indicator, event[0].t))
+        if broken[0]:
+            broken[0] = False
+            return -1
+        parameters[names.index("ball.mass")] = 2.5
+        return {"ends": END, "refuses": REFUSE}.get(answers, GO_ON)
+
+    function, mask = call(on_event), (ctypes.c_ubyte * 3)(1, 0, 0)
+    made = begun(
+        library,
+        model,
+        on_event=ctypes.cast(function, ctypes.c_void_p),
+        answered=ctypes.cast(mask, ctypes.c_void_p),
+    )
+    outcome, event = made.step_to_event(1.0)
+    if answers == "refuses":
+        assert outcome == "cannot_set" and made.parameters() == dict(model.parameters) and made.changes()[1] == []
+        return
+    if answers == "breaks off":
+        assert outcome == "interrupted" and made.motion()[0] < asked[0][1] and made.changes()[1] == []
+        outcome, event = made.step_to_event(1.0)
+        assert asked[0] == asked[1]
+    assert outcome == "done" and event.indicator == 0 and event.kind == (5 if answers == "ends" else CROSSES)
+    run = simulate(model, until=1.0, on_event={"level": lambda event: {"ball.mass": 2.5}})
+    (expected,) = (one for one in run.events if one.name == "level")
+    told, changes, values = made.changes()
+    assert told == "done" and [(one.indicator, one.gate) for one in changes] == [(0, -1)]
+    assert changes[0].t == event.t == expected.t == pytest.approx(0.15, abs=1e-12)
+    assert changes[0].energy == pytest.approx(0.5 * 0.5 * 4**2, abs=1e-12) == expected.energy  # 0.5 kg at 4 m/s
+    behind = dict(zip(names, values[0], strict=True))
+    assert behind == made.parameters() == {**model.parameters, **expected.parameters}
+    assert made.rows()[0][changes[0].row] == made.rows()[0][changes[0].row - 1] == event.t
+    assert made.forget() == "done" and made.changes()[1] == []
+
+
+def test_changes_of_joints_are_told(library: Library, workshop: Workshop) -> None:
+    """As a run in Python tells them: a hold with how far it drew its points, and what its impulse broke."""
+    text = HOOK.format(more='within = "2 mm"\n[[release]]\njoint = "grip"\nimpulse = 0.1', height=-1.5)
+    model = workshop.model(text.replace("[start]", '[start]\nopen = ["grip"]'))
+    made, run = begun(library, model), simulate(model)
+    while made.motion()[0] < model.duration:
+        assert made.step_to_event(model.duration)[0] == "done"
+    told, changes, values = made.changes()
+    gate = [*model.settable].index("grip.held")
+    assert told == "done" and len(changes) == len(run.changes) == 2
+    assert [(one.t, one.indicator, one.gate) for one in changes] == [(one.t, one.number, gate) for one in run.changes]
+    assert [bool(one[gate]) for one in values] == [one.kind == "hold" for one in run.changes]
+    assert [one.gap for one in changes] == [one.gap for one in run.changes]
+    assert [one.energy for one in changes] == pytest.approx([one.energy for one in run.changes], abs=1e-14)
+    outcome, told_only = library.create(model, events=1)
+    assert outcome == "done" and told_only.reset(*model.start()) == "done" and told_only.changes()[0] == "bad_settings"

@@ -39,6 +39,12 @@ class Crossing(ctypes.Structure):
     _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_crossing")
 
 
+class Change(ctypes.Structure):
+    """``struct ccgen_change``."""
+
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_change")
+
+
 class Library:
     """The library made of the core in ``runtime``, a folder, compiled into ``file`` with more ``flags``."""
 
@@ -143,6 +149,14 @@ class Simulation:
         shape = (count.value, 2 * len(self.model.q_names))
         there = np.ctypeslib.as_array(states, shape).copy() if count.value else np.empty(shape)
         return self.library.outcome(code), every, there
+
+    def changes(self) -> tuple[str, list[Change], Array]:
+        """The outcome, what events and joints have changed, and the parameters behind each."""
+        count, found, values = ctypes.c_size_t(), ctypes.POINTER(Change)(), ctypes.POINTER(ctypes.c_double)()
+        code = self.calls.ccgen_changes(self.address, ctypes.byref(count), ctypes.byref(found), ctypes.byref(values))
+        shape = (count.value, len(self.model.settable))
+        there = np.ctypeslib.as_array(values, shape).copy() if count.value else np.empty(shape)
+        return self.library.outcome(code), list(found[: count.value]) if count.value else [], there
 
     def constants(self) -> Array:
         """What the model's functions read."""

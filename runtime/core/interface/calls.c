@@ -3,6 +3,7 @@
 
 #include "hybrid/state.h"
 #include "interface/acting.h"
+#include "interface/changes.h"
 #include "interface/crossings.h"
 #include "interface/halting.h"
 
@@ -27,13 +28,14 @@ void ccgen_destroy(struct ccgen_simulation *it)
         return;
     free_run(&it->run);
     free_watch(it);
+    free_changes(it);
     free_arena(&it->arena);
     free(it);
 }
 
 int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
 {
-    const enum outcome outcome = reset_holding(it, t, q, u, NULL);
+    const enum outcome outcome = reset(it, t, q, u);
     if (!outcome)
         watch_from_start(it);
     return outcome;
@@ -57,6 +59,19 @@ enum outcome simulate(struct ccgen_simulation *it, double until, int *halts)
     struct met met = {.indicator = -1};
     const enum outcome outcome = it->run.halts ? go_on_to_crossing(it, until, 0, &met) : go_on(it, until, 0, &met);
     *halts = met.indicator >= 0;
+    return outcome;
+}
+
+enum outcome simulate_through_events(struct ccgen_simulation *it, double until, int *ends)
+{
+    int acts = 1;
+    enum outcome outcome = OUTCOME_DONE;
+    *ends = 0;
+    while (acts && !outcome && !*ends) {
+        outcome = simulate(it, until, &acts);
+        if (acts && !outcome)
+            outcome = act(it, ends);
+    }
     return outcome;
 }
 
@@ -94,7 +109,8 @@ int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
         derive_parameters(it);
         it->changed = 1;
     }
-    begin_watch(it, NULL, NULL);
+    begin_watch(it);
+    forget_changes(it);
     return begin_record(it);
 }
 
@@ -106,5 +122,6 @@ int ccgen_forget(struct ccgen_simulation *it)
     if (outcome)
         return outcome;
     forget_rows_looked_at(it);
+    forget_changes(it);
     return begin_record(it);
 }

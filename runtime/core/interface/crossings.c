@@ -53,9 +53,11 @@ struct watch {
     int probed;            /* one of which a root is looked for */
     double sign, level;    /* in that: times its value, less the level */
     int by_rate;           /* or times its rate */
+    double rise;           /* the slope of that which is found */
     struct ccgen_crossing *found;
     double *states;       /* [now.count][2 n] */
     double *since;        /* [now.count] when the look before each was, */
+    double *slope;        /* [now.count] how fast each came to zero from there, on average; 0: by a jump */
     unsigned char *flags; /* [now.count][indicators][2] and now.below then */
     size_t room;
 };
@@ -108,6 +110,8 @@ int take_watch(struct ccgen_simulation *it)
     w->state = TAKE(arena, char, kept_size(&it->phase));
     for (int j = 0; j < it->system.model->event_values && !arena->ran_out; j++)
         w->acts[it->system.model->value_of[j]] = 1;
+    for (int i = 0; i < count && !arena->ran_out; i++)
+        w->acts[i] |= is_of_joint(it, i) || (it->on_event && (!it->answered || it->answered[i]));
     return take_known(arena, count, &w->now) || take_known(arena, count, &w->before_leg) ||
            take_seen(arena, count, &w->next) || take_seen(arena, count, &w->probe);
 }
@@ -127,6 +131,7 @@ void free_watch(struct ccgen_simulation *it)
     free(it->watch->found);
     free(it->watch->states);
     free(it->watch->since);
+    free(it->watch->slope);
     free(it->watch->flags);
 }
 
@@ -150,32 +155,29 @@ static void look_for(struct ccgen_simulation *it)
     }
 }
 
-void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left)
+void begin_watch(struct ccgen_simulation *it)
 {
     struct watch *w = it->watch;
-    const size_t count = 2 * (size_t)it->system.model->indicators;
     if (!w)
         return;
     w->now.begun = 0;
     w->now.row = w->now.count = w->now.counted = w->now.impact = 0;
     memset(w->looked, 0, it->system.model->indicators);
-    memset(w->now.below, 0, count);
+    memset(w->now.below, 0, 2 * (size_t)it->system.model->indicators);
     look_for(it);
-    if (armed)
-        memcpy(w->now.below, armed, count);
     for (int i = 0; i < it->system.model->indicators; i++) {
         w->now.came[i] = 0;
-        w->now.left[i] = left ? left[i] : how_many(it, i);
+        w->now.left[i] = how_many(it, i);
     }
     w->first = w->done = 0;
-    it->broken_off = 0;
+    it->broken_off = it->leg.goes_on = 0;
 }
 
 void watch_from_start(struct ccgen_simulation *it)
 {
     struct watch *w = it->watch;
     const double *y = it->phase.y;
-    begin_watch(it, NULL, NULL);
+    begin_watch(it);
     if (!w)
         return;
     see(it, it->phase.t, y, y + it->system.n, &w->probe);
@@ -271,9 +273,11 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
         w->states = states ? states : w->states;
         double *since = realloc(w->since, room * sizeof *since);
         w->since = since ? since : w->since;
+        double *slope = realloc(w->slope, room * sizeof *slope);
+        w->slope = slope ? slope : w->slope;
         unsigned char *flags = realloc(w->flags, room * signals);
         w->flags = flags ? flags : w->flags;
-        if (!found || !states || !since || !flags)
+        if (!found || !states || !since || !slope || !flags)
             return OUTCOME_NO_MEMORY;
         w->room = room;
     }
@@ -281,6 +285,7 @@ static enum outcome append(struct ccgen_simulation *it, double t, int indicator,
     t = at_impact(&it->run, t);
     const enum outcome outcome = state_at(it, &w->between, t, y, y + it->system.n);
     w->since[w->now.count] = w->now.last.t;
+    w->slope[w->now.count] = w->rise;
     memcpy(w->flags + w->now.count * signals, w->before, signals);
     if (!outcome && is_near(it, indicator, y))
         w->found[w->now.count++] = (struct ccgen_crossing){t, indicator, direction};
@@ -334,9 +339,12 @@ static enum outcome cross(struct ccgen_simulation *it, int i, double sign, int w
     w->level = fmin(high, 0.0); /* where it only comes to zero as far as rounding tells */
     low -= w->level;
     high -= w->level;
+    w->rise = a < b ? (high - low) / (b - a) : 0.0;
     if (a < b)
         outcome = passage(it, a, &b, low, high);
-    return outcome ? outcome : append(it, b, i, (int)sign);
+    outcome = outcome ? outcome : append(it, b, i, (int)sign);
+    w->rise = 0.0;
+    return outcome;
 }
 
 static void swap_numbers(size_t count, double *a, double *b)
@@ -378,6 +386,7 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
             w->found[j] = w->found[j - 1];
             w->found[j - 1] = one;
             swap_numbers(width, w->states + j * width, w->states + (j - 1) * width);
+            swap_numbers(1, w->slope + j, w->slope + j - 1);
         }
     if (outcome) { /* as if it had not been looked at */
         memcpy(w->now.below, w->before, 2 * (size_t)m->indicators);
@@ -508,11 +517,6 @@ static enum outcome look_through_step(struct ccgen_simulation *it, size_t row, u
     return outcome ? outcome : look_on(it, t1, &end, parts >> (EVENT_PARTS - 1) & 1);
 }
 
-const unsigned char *armed_now(const struct ccgen_simulation *it)
-{
-    return it->watch->now.below;
-}
-
 char *begin_halting(struct ccgen_simulation *it)
 {
     struct watch *w = it->watch;
@@ -573,14 +577,19 @@ double short_of_halt(struct ccgen_simulation *it)
     }
     if (!is_below(&w->probe, i, halt->direction, 0))
         return 0.0;
-    double value = w->probe.value[i], t = w->probe.t, rate = w->probe.rate[i];
-    if (!it->system.model->rated[i] && it->run.record.count > 1) {
-        see_row(it, it->run.record.count - 2,
-                &w->probe); /* the average over the last step: of the same sign, or found to be of none */
-        rate = (value - w->probe.value[i]) / (t - w->probe.t);
-    }
-    const double on = -value / rate, least = TOO_FAR * DBL_EPSILON * fabs(t);
+    const double value = w->probe.value[i], rate = w->probe.rate[i], rise = w->slope[w->halted];
+    const double least = TOO_FAR * DBL_EPSILON * fabs(w->probe.t);
+    double on = it->system.model->rated[i] ? -value / rate : NAN;
+    if (!(on > 0.0 && on < INFINITY)) /* no rate is known, or one that leads back */
+        on = fabs(value) / rise;
     return on > least && on < INFINITY ? on : least;
+}
+
+/* Of two that come at one instant: in the order of their tables, rises before falls */
+static int comes_first(const struct ccgen_crossing *one, const struct ccgen_crossing *other)
+{
+    return one->indicator < other->indicator ||
+           (one->indicator == other->indicator && one->direction > other->direction);
 }
 
 void end_at_halt(struct ccgen_simulation *it, double together)
@@ -598,9 +607,11 @@ void end_at_halt(struct ccgen_simulation *it, double together)
     w->done = w->now.count;
     w->now.row = record->count - 1;
     w->now.impact = it->run.impacts.count;
-    w->found[w->halted].t = record->t[w->now.row];
-    memcpy(w->states + w->halted * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
-           width * sizeof *w->states);
+    for (size_t k = w->first; k < w->now.count; k++) {
+        w->found[k].t = record->t[w->now.row];
+        memcpy(w->states + k * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
+               width * sizeof *w->states);
+    }
     see_row(it, w->now.row, &w->now.last);
     /* what was below zero before and has not come is to come, though it be zero now */
     const size_t signals = 2 * (size_t)it->system.model->indicators;
@@ -612,20 +623,30 @@ void end_at_halt(struct ccgen_simulation *it, double together)
         const int i = (int)(k / 2);
         w->now.below[k] = (unsigned char)(is_below(&w->now.last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
     }
+    for (size_t k = w->first + 1; k < w->now.count; k++) /* few, and in one state */
+        for (size_t j = k; j > w->first && comes_first(&w->found[j], &w->found[j - 1]); j--) {
+            const struct ccgen_crossing one = w->found[j];
+            w->found[j] = w->found[j - 1];
+            w->found[j - 1] = one;
+        }
 }
 
-int times_come(struct ccgen_simulation *it, int indicator, int *ends)
+const struct ccgen_crossing *crossings_of_instant(const struct ccgen_simulation *it, size_t *first, size_t *count)
+{
+    const struct watch *w = it->watch;
+    *first = w->first;
+    *count = w->now.count - w->first;
+    return w->found + w->first;
+}
+
+int stops_motion(struct ccgen_simulation *it, int indicator)
 {
     struct watch *w = it->watch;
     const int stops_at = it->system.model->stops_at[indicator];
-    int times = 0;
-    for (size_t k = w->first; k < w->now.count; k++)
-        times += w->found[k].indicator == indicator;
-    if (times && stops_at && w->now.came[indicator] >= stops_at) {
-        *ends = 1;
-        w->now.came[indicator] = 0; /* who goes on counts from 1 */
-    }
-    return times;
+    if (!stops_at || w->now.came[indicator] < stops_at)
+        return 0;
+    w->now.came[indicator] = 0; /* who goes on counts from 1 */
+    return 1;
 }
 
 void watch_anew(struct ccgen_simulation *it)

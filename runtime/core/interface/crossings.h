@@ -10,9 +10,9 @@ enum outcome find_crossings(struct ccgen_simulation *it);
 /* 0, or 1 when memory runs out */
 int take_watch(struct ccgen_simulation *it);
 
-/* Forget what was found: a run begins. Indicators whose events are armed[indicators][2], rises first, falls then, were below zero and above zero before; NULL: none.
- * A run that halts does so when left[indicators] more of each have come, at none of one of which -1 are left; NULL: at the next of each. */
-void begin_watch(struct ccgen_simulation *it, const unsigned char *armed, const long *left);
+/* Forget what was found: a run goes on from a state, in which indicators that are at or beyond zero have to go below first. A run that halts does so at the next event of each, one that
+ * acts at those that do something. */
+void begin_watch(struct ccgen_simulation *it);
 
 /* The same for a run that begins from its start: joints that let go or take hold at that very time do. */
 void watch_from_start(struct ccgen_simulation *it);
@@ -35,8 +35,11 @@ double short_of_halt(struct ccgen_simulation *it);
 /* A run has ended, at that event: what was found later than `together` (s) after it has not come, and what comes next is told from where the run is. */
 void end_at_halt(struct ccgen_simulation *it, double together);
 
-/* How often an event has come at the instant at which a run that does what events say has halted; *ends is set where it ends the run by that. */
-int times_come(struct ccgen_simulation *it, int indicator, int *ends);
+/* The crossings of the instant at which a run has halted, in the order of their tables; and the number of the first of them */
+const struct ccgen_crossing *crossings_of_instant(const struct ccgen_simulation *it, size_t *first, size_t *count);
+
+/* Whether the event of an indicator, which has come there, ends the run by that */
+int stops_motion(struct ccgen_simulation *it, int indicator);
 
 /* Motion has begun anew where it was: what is to come is looked for from there. */
 void watch_anew(struct ccgen_simulation *it);
@@ -50,9 +53,6 @@ enum outcome look_at_all(struct ccgen_simulation *it);
 
 /* The record begins anew at its last row. */
 void forget_rows_looked_at(struct ccgen_simulation *it);
-
-/* armed[indicators][2] as begin_watch takes them, of a run that goes on from here */
-const unsigned char *armed_now(const struct ccgen_simulation *it);
 
 void free_watch(struct ccgen_simulation *it);
 

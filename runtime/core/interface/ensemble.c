@@ -39,15 +39,6 @@ static int is_to_end(void *context, double t)
     return atomic_load_explicit(&e->ended, memory_order_relaxed);
 }
 
-/* Whether events of a scene do more than to be told */
-static int does_anything(const struct ccgen_model *m)
-{
-    int does = m->event_values > 0;
-    for (int i = 0; i < m->indicators; i++)
-        does |= m->stops_at[i] > 0;
-    return does;
-}
-
 static int begin_work(struct worker *w, struct ensemble *e)
 {
     w->e = e;
@@ -288,7 +279,7 @@ static void make_run_of(struct worker *w, size_t run)
         e->outcome[run] = ROW_REFUSED;
         return;
     }
-    e->outcome[run] = reset_holding(it, 0.0, w->q, w->u, NULL);
+    e->outcome[run] = reset(it, 0.0, w->q, w->u);
     if (e->outcome[run])
         return;
     watch_from_start(it);

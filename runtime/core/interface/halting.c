@@ -11,6 +11,8 @@
 
 #include "base/tolerances.h"
 #include "hybrid/state.h"
+#include "interface/between.h"
+#include "interface/changes.h"
 #include "interface/crossings.h"
 
 enum {
@@ -32,33 +34,39 @@ static enum outcome go_on_by_a_leg(struct ccgen_simulation *it, struct met *met)
     return outcome;
 }
 
-/* Where a leg begins */
-struct leg {
-    char *state;
-    struct recorded at;
-    struct met met;
-};
-
-static void begin_leg(struct ccgen_simulation *it, const struct met *met, struct leg *leg)
+static void begin_leg(struct ccgen_simulation *it, const struct met *met)
 {
+    struct leg *leg = &it->leg;
+    leg->state = begin_halting(it);
     keep_state(&it->automaton, &it->phase, leg->state);
     leg->at = note_record(&it->run);
     leg->met = *met;
     keep_watch(it);
 }
 
-static void undo_leg(struct ccgen_simulation *it, const struct leg *leg, struct met *met)
+static void undo_leg(struct ccgen_simulation *it)
 {
-    take_back(&it->automaton, &it->phase, leg->state);
-    cut_record(&it->run, leg->at);
-    *met = leg->met;
+    take_back(&it->automaton, &it->phase, it->leg.state);
+    cut_record(&it->run, it->leg.at);
+}
+
+void go_before_halt(struct ccgen_simulation *it)
+{
+    undo_leg(it);
+    restore_watch(it);
+    if (it->run.acts) {
+        cut_changes(it, it->leg.at.rows);
+        derive_parameters(it);
+    }
+    it->broken_off = 1;
 }
 
 /* Back to where a leg began, and on to an instant within it */
-static enum outcome go_on_to(struct ccgen_simulation *it, const struct leg *leg, double t, struct met *met)
+static enum outcome go_on_to(struct ccgen_simulation *it, double t, struct met *met)
 {
     enum outcome outcome;
-    undo_leg(it, leg, met);
+    undo_leg(it);
+    *met = it->leg.met;
     it->run.until = t;
     do
         outcome = go_on_by_a_stage(it, met);
@@ -68,20 +76,22 @@ static enum outcome go_on_to(struct ccgen_simulation *it, const struct leg *leg,
 
 /* Back to where the last leg began, and on to the event that lies in it. The step that ends there ends a little before or behind what the whole step has there; or, by time
  * stepping, before the impact that it has, and then the whole step is taken, if the event comes by that. */
-static enum outcome go_on_to_halt(struct ccgen_simulation *it, const struct leg *leg, struct halt halt, struct met *met)
+static enum outcome go_on_to_halt(struct ccgen_simulation *it, struct halt halt, struct met *met)
 {
     double t = halt.t, more;
-    enum outcome outcome = go_on_to(it, leg, t, met);
+    const int by_steps = stepped_at(it, t);
+    enum outcome outcome = go_on_to(it, t, met);
     for (int k = 0; k < CORRECTIONS && !outcome && t < halt.latest && (more = ldexp(short_of_halt(it), k)) > 0.0; k++)
-        outcome = go_on_to(it, leg, t = fmin(t + more, halt.latest), met);
-    if (!outcome && short_of_halt(it) > 0.0)
-        outcome = go_on_to(it, leg, halt.latest, met);
-    if (!outcome && short_of_halt(it) > 0.0) /* it comes to zero in the whole step alone, by less than that is wrong */
-        outcome = go_on_to(it, leg, halt.t, met);
+        outcome = go_on_to(it, t = fmin(t + more, halt.latest), met);
+    if (!outcome && by_steps && short_of_halt(it) > 0.0)
+        outcome = go_on_to(it, halt.latest, met);
+    if (!outcome && by_steps &&
+        short_of_halt(it) > 0.0) /* it comes to zero in the whole step alone, by less than that is wrong */
+        outcome = go_on_to(it, halt.t, met);
     return outcome;
 }
 
-/* The first time from t on that a double has, which callers go on from */
+/* The first time from t on that a double has, which callers that act themselves go on from */
 static double round_up_to_double(double t)
 {
     int exponent;
@@ -95,19 +105,21 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
 {
     struct run *run = &it->run;
     const enum stage *stage = &it->automaton.stage;
-    struct leg leg = {.state = begin_halting(it)};
     struct halt halt = {INFINITY, INFINITY, -1};
     int legs = 0;
     enum outcome outcome = begin_call(it, until, to_event, met);
     met->indicator = -1;
     if (outcome)
         return outcome;
+    if (!it->leg.goes_on)
+        begin_leg(it, met);
+    it->leg.goes_on = 0;
     outcome = find_halt(it, &halt);
     run->pauses = GOES_ON;
     while (!outcome && halt.indicator < 0 && (*stage != END || it->phase.t < until) &&
            !(legs && to_event && met->contact && *stage == MOVE)) {
         run->pauses = run->paused && run->pauses == BEFORE_EVENTS ? BEHIND_A_STEP : BEFORE_EVENTS;
-        begin_leg(it, met, &leg);
+        begin_leg(it, met);
         legs++;
         const int steps = it->broken_off ? 1 : STEPS_OF_A_LEG;
         run->until = run->method->order ? until : fmin(until, it->phase.t + steps * run->fixed_step);
@@ -122,9 +134,8 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
     if (outcome == OUTCOME_INTERRUPTED) { /* what is kept has no event at which it should have ended */
         start_asking(&run->interruption, it->phase.t);
         if ((find_halt(it, &halt) || halt.indicator >= 0) && legs) {
-            undo_leg(it, &leg, met);
-            restore_watch(it);
-            it->broken_off = 1;
+            *met = it->leg.met;
+            go_before_halt(it);
         }
         halt.indicator = -1;
     } else if (halt.indicator >= 0) { /* what failed does so behind it */
@@ -133,8 +144,8 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
         if (it->broken_off)
             run->interruption.tick = NULL;
         if (legs && halt.t < it->phase.t)
-            outcome = go_on_to_halt(it, &leg, halt, met);
-        run->until = round_up_to_double(it->phase.t);
+            outcome = go_on_to_halt(it, halt, met);
+        run->until = run->acts ? it->phase.t : round_up_to_double(it->phase.t);
         while (!outcome && it->phase.t < run->until)
             outcome = go_on_by_a_stage(it, met);
         run->interruption.tick = tick;

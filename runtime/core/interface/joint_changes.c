@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "interface/changes.h"
 #include "interface/forces.h"
 #include "motion/projection.h"
 
@@ -136,11 +137,11 @@ static double distance(const struct ccgen_simulation *it, int gate, const double
     return sqrt(square);
 }
 
-static int is_within(const struct ccgen_simulation *it, int i, const double *q, double *rows)
+/* How far they may be for it to take hold by indicator i, or, -1, by none */
+static double farthest(const struct ccgen_simulation *it, int i)
 {
-    const struct ccgen_model *m = it->system.model;
-    const double within = limit_of(m, i, OF_DISTANCE);
-    return distance(it, m->gate_of[i], q, rows) <= (within > 0.0 ? within : HOLDS_WITHIN * it->system.length);
+    const double within = i < 0 ? 0.0 : limit_of(it->system.model, i, OF_DISTANCE);
+    return within > 0.0 ? within : HOLDS_WITHIN * it->system.length;
 }
 
 int is_near(const struct ccgen_simulation *it, int i, const double *q)
@@ -148,26 +149,40 @@ int is_near(const struct ccgen_simulation *it, int i, const double *q)
     struct arena *arena = it->system.arena;
     const struct mark mark = arena->top;
     double *rows = TAKE(arena, double, it->system.model->rows);
-    const int near = !comes_by(it, i, BY_MEETING) || (!arena->ran_out && is_within(it, i, q, rows));
+    const int near = !comes_by(it, i, BY_MEETING) ||
+                     (!arena->ran_out && distance(it, it->system.model->gate_of[i], q, rows) <= farthest(it, i));
     give_back(arena, mark);
     return near;
 }
 
 /* Joints that hold with these impulses, which are more than their limits, let go. */
-static void break_joints(struct ccgen_simulation *it, const double *reaction)
+static enum outcome break_joints(struct ccgen_simulation *it, const double *reaction)
 {
     const struct ccgen_model *m = it->system.model;
     for (int i = 0; i < m->indicators; i++) {
-        if (!is_change(m, i) || !m->held_before[i] || !(limit_of(m, i, OF_IMPULSE) > 0.0))
+        if (!is_change(m, i) || !m->held_before[i] || !(limit_of(m, i, OF_IMPULSE) > 0.0) ||
+            it->run.values[m->gate_of[i]] == 0.0)
             continue;
         const double *of = reaction + 3 * (size_t)m->joint_of[i];
-        if (hypot(of[0], of[1]) >= limit_of(m, i, OF_IMPULSE))
-            it->run.values[m->gate_of[i]] = 0.0;
+        if (!(hypot(of[0], of[1]) >= limit_of(m, i, OF_IMPULSE)))
+            continue;
+        it->run.values[m->gate_of[i]] = 0.0;
+        if (!try_change(it, i, m->gate_of[i]))
+            return OUTCOME_NO_MEMORY;
     }
+    derive_parameters(it);
+    return OUTCOME_DONE;
 }
 
-/* The impact by which the joint that indicator i looks at takes hold. Its gate is on. */
-static enum outcome take_hold(struct ccgen_simulation *it, int i)
+static double energy_at(const struct system *s, const double *q, const double *u)
+{
+    double energy[2];
+    s->model->energy(s->k, q, u, energy);
+    return energy[0] + energy[1];
+}
+
+/* The impact by which the joint behind a gate takes hold, by indicator i or by none. Its gate is on. */
+static enum outcome take_hold(struct ccgen_simulation *it, int gate, int i, struct ccgen_change *change)
 {
     const struct ccgen_model *m = it->system.model;
     struct system s = it->system;
@@ -178,8 +193,10 @@ static enum outcome take_hold(struct ccgen_simulation *it, int i)
     double *P = TAKE_ZEROS(arena, double, 2 * (size_t)m->contacts), *rows = TAKE(arena, double, m->rows);
     double *reaction = TAKE(arena, double, 3 * (size_t)m->joints), energy[2], left[2];
     enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (!outcome && !is_within(it, i, q, rows))
-        outcome = OUTCOME_TOO_FAR;
+    if (outcome)
+        goto end;
+    change->gap = distance(it, gate, q, rows);
+    outcome = change->gap <= farthest(it, i) ? OUTCOME_DONE : OUTCOME_TOO_FAR;
     if (outcome)
         goto end;
     s.active = NULL;
@@ -196,11 +213,10 @@ static enum outcome take_hold(struct ccgen_simulation *it, int i)
     if (!outcome && append_impact(&it->run.impacts, it->phase.t, was, u, n, 0, NULL, NULL, energy[0] - left[0], 1.0,
                                   it->run.record.count))
         outcome = OUTCOME_NO_MEMORY;
-    if (!outcome)
-        outcome = project_state(&s, q, u);
+    outcome = outcome ? outcome : project_state(&s, q, u);
     if (!outcome) {
-        break_joints(it, reaction);
-        derive_parameters(it);
+        change->energy = energy_at(&s, q, u) - (left[0] + left[1]);
+        outcome = break_joints(it, reaction);
     }
 end:
     give_back(arena, mark);
@@ -212,13 +228,32 @@ int is_of_joint(const struct ccgen_simulation *it, int i)
     return is_change(it->system.model, i);
 }
 
-enum outcome change_joint(struct ccgen_simulation *it, int i)
+static enum outcome set_gate(struct ccgen_simulation *it, int gate, double held, int indicator, int limits)
+{
+    it->run.values[gate] = held;
+    derive_parameters(it);
+    struct ccgen_change *change = try_change(it, indicator, gate);
+    if (!change)
+        return OUTCOME_NO_MEMORY;
+    return held == 0.0 ? OUTCOME_DONE : take_hold(it, gate, limits, change);
+}
+
+enum outcome change_joint(struct ccgen_simulation *it, int i, int *sets)
 {
     const struct ccgen_model *m = it->system.model;
-    double *gate = &it->run.values[m->gate_of[i]];
-    if (*gate != m->held_before[i]) /* another has done it at the same instant */
+    if (it->run.values[m->gate_of[i]] != m->held_before[i]) /* another has done it at the same instant */
         return OUTCOME_DONE;
-    *gate = !m->held_before[i];
-    derive_parameters(it);
-    return m->held_before[i] ? OUTCOME_DONE : take_hold(it, i);
+    *sets = 1;
+    return set_gate(it, m->gate_of[i], !m->held_before[i], i, i);
+}
+
+enum outcome change_gate(struct ccgen_simulation *it, int gate, double held)
+{
+    const struct ccgen_model *m = it->system.model;
+    int i = 0;
+    if (held != 0.0 && held != 1.0)
+        return OUTCOME_CANNOT_SET;
+    while (i < m->indicators && !(is_change(m, i) && m->gate_of[i] == gate && !m->held_before[i]))
+        i++;
+    return set_gate(it, gate, held, -1, i < m->indicators ? i : -1);
 }

@@ -25,8 +25,12 @@ int is_near(const struct ccgen_simulation *it, int i, const double *q);
 /* Whether indicator i is of a joint, not of an event of the scene */
 int is_of_joint(const struct ccgen_simulation *it, int i);
 
-/* The joint that indicator i looks at lets go, or takes hold, in a plastic impact that is recorded: velocities change, what is apart comes together, and joints whose
- * limits its impulses pass let go, itself too. TOO_FAR where it is apart by more than it may be. Where this fails, what was changed is left so. */
-enum outcome change_joint(struct ccgen_simulation *it, int i);
+/* The joint that indicator i looks at lets go, or takes hold, unless it has at this instant; *sets is whether it does. It takes hold in a plastic impact that is recorded: velocities
+ * change, what is apart comes together, and joints whose limits its impulses pass let go, itself too. TOO_FAR where it is apart by more than it may be. Where this fails, what was
+ * changed is left so. */
+enum outcome change_joint(struct ccgen_simulation *it, int i, int *sets);
+
+/* The same of the joint behind a gate, which becomes 1 or 0 as an event asks; how near its points have to be is as its first table that has it take hold says. */
+enum outcome change_gate(struct ccgen_simulation *it, int gate, double held);
 
 #endif

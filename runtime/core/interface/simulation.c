@@ -134,6 +134,11 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
         it->run.values = TAKE_ZEROS(arena, double, m->parameters + 1);
         it->event_values = TAKE_ZEROS(arena, double, m->event_values + 1);
         it->held = TAKE_ZEROS(arena, double, m->latches + 1);
+        it->was = TAKE_ZEROS(arena, double, m->parameters + 1);
+        it->wanted = TAKE_ZEROS(arena, double, m->parameters + 1);
+        it->on_event = settings->on_event;
+        it->event_context = settings->event_context;
+        it->answered = settings->answered;
     }
     if (arena->ran_out)
         return OUTCOME_NO_MEMORY;
@@ -186,6 +191,14 @@ static enum outcome make_run(struct run *run, const struct ccgen_settings *setti
     return wrong ? OUTCOME_BAD_SETTINGS : run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
 }
 
+int does_anything(const struct ccgen_model *m)
+{
+    int does = m->event_values > 0;
+    for (int i = 0; i < m->indicators; i++)
+        does |= m->stops_at[i] > 0 || (m->joint_of && m->joint_of[i] >= 0);
+    return does;
+}
+
 enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_model *m,
                              const struct ccgen_settings *settings)
 {
@@ -201,7 +214,8 @@ enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_mod
     it->run.tells = settings->events != CCGEN_IGNORE;
     it->run.watched = it->run.tells && m->indicators;
     it->run.acts = settings->events == CCGEN_ACT;
-    it->run.halts = it->run.watched && settings->events >= CCGEN_HALT;
+    it->run.halts =
+        it->run.watched && (settings->events == CCGEN_HALT || (it->run.acts && (it->on_event || does_anything(m))));
     const int made = !take_phase(&it->phase) && (it->before = TAKE(&it->arena, char, kept_size(&it->phase)));
     return made ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
 }
@@ -289,15 +303,22 @@ enum outcome begin_anew(struct ccgen_simulation *it)
 {
     struct phase *f = &it->phase;
     const size_t latches = it->system.model->latches;
+    const int contacts = it->system.model->contacts;
     if (latches)
         memcpy(it->held, f->latched, latches * sizeof *it->held);
     enum outcome outcome = begin_motion(it);
+    signed char *none =
+        (signed char *)it->leg.state; /* of a leg that is over: one for each contact is less than a state takes */
+    memset(none, OPEN, contacts);
+    if (!outcome && append_modes(&it->run.modes, f->t, contacts, none))
+        outcome = OUTCOME_NO_MEMORY;
     outcome = outcome ? outcome : keep_latches(f, it->held);
-    return outcome || !record_state(f) ? outcome : OUTCOME_NO_MEMORY;
+    if (!outcome && append_row(&it->run.record, f->t, f->y, it->system.size, f->latched, latches))
+        outcome = OUTCOME_NO_MEMORY; /* a row of its own, though only parameters may be others */
+    return outcome;
 }
 
-enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *q, const double *u,
-                           const double *latched)
+enum outcome reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
 {
     const size_t n = it->system.n;
     double *y = it->phase.y;
@@ -307,15 +328,14 @@ enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *
         return OUTCOME_TURNED_FAR;
     forget_what_events_set(it);
     it->acted = 0;
+    it->changes.count = it->changes.tried = 0;
     memset(y, 0, it->system.size * sizeof *y);
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
-    enum outcome outcome = begin(it, t);
+    const enum outcome outcome = begin(it, t);
     if (outcome)
         return outcome;
-    if (latched)
-        outcome = keep_latches(&it->phase, latched);
-    return record_state(&it->phase) ? OUTCOME_NO_MEMORY : outcome;
+    return record_state(&it->phase) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 struct recorded note_record(const struct run *run)

@@ -6,6 +6,44 @@
 
 #include "../../ccgen.h"
 
+/* What a call has met: whether a contact had an event, how many impacts there were before that, and which event of the scene it ends at, or -1 */
+struct met {
+    int contact, indicator;
+    size_t impacts;
+};
+
+/* How much is recorded; the last stretch of time stepping may go on, and is as it was then */
+struct recorded {
+    size_t rows, impacts, struck, modes, held, stretches, last;
+    double t1, step, miss;
+    long choices;
+};
+
+/* Where the last leg of a run that halts begins; see halting.c. */
+struct leg {
+    int goes_on; /* whether what comes next does so at the same instant, as what was done there brings it */
+    char *state;
+    struct recorded at;
+    struct met met;
+};
+
+/* How much is recorded before the instant of a change, with the impacts of other joints at it, and the scales of the motion behind it */
+struct origin {
+    struct recorded at;
+    size_t impact;
+    double time, energy;
+};
+
+/* What events and joints have changed, in the order in which they did */
+struct changes {
+    size_t count; /* of those that were done, */
+    size_t tried; /* and with those of the last instant that were not, as one of them could not be */
+    size_t room;
+    struct ccgen_change *of; /* [tried] */
+    struct origin *origin;   /* [tried] */
+    double *values;          /* [tried][parameters] behind each */
+};
+
 struct ccgen_simulation {
     struct system system;
     struct run run;
@@ -22,22 +60,16 @@ struct ccgen_simulation {
         *all_held; /* [constants], [parameters] if all joints held that let go or take hold; where some do */
     /* of a run that does what events say: the parameters of the settings, those before an event, what events set, and room for what effects hold */
     double *given, *kept, *event_values, *held;
+    size_t crossing;      /* the number of that whose instant it is */
+    double *was, *wanted; /* [parameters] before one event, and as it wants them */
+    int (*on_event)(void *, const struct ccgen_crossing *, const double *, const double *, double *);
+    void *event_context;
+    const unsigned char *answered; /* [indicators] whether that is asked; NULL: always */
+    struct leg leg;
+    struct changes changes;
     int changed;    /* whether events have set any */
     long acted;     /* how often */
     int broken_off; /* whether it was interrupted on the way to an event at which it halts, and has not come there since */
-};
-
-/* What a call has met: whether a contact had an event, how many impacts there were before that, and which event of the scene it ends at, or -1 */
-struct met {
-    int contact, indicator;
-    size_t impacts;
-};
-
-/* How much is recorded; the last stretch of time stepping may go on, and is as it was then */
-struct recorded {
-    size_t rows, impacts, struck, modes, held, stretches, last;
-    double t1, step, miss;
-    long choices;
 };
 
 struct recorded note_record(const struct run *run);
@@ -62,9 +94,11 @@ void forget_what_events_set(struct ccgen_simulation *it);
 /* Motion begins anew from where it is, with what effects hold; the record goes on. */
 enum outcome begin_anew(struct ccgen_simulation *it);
 
-/* As ccgen_reset, where a run of another model has ended: effects hold latched[latches]. */
-enum outcome reset_holding(struct ccgen_simulation *s, double t, const double *q, const double *u,
-                           const double *latched);
+/* As ccgen_reset, before events are looked for */
+enum outcome reset(struct ccgen_simulation *it, double t, const double *q, const double *u);
+
+/* Whether events or joints of the scene do more than to be told */
+int does_anything(const struct ccgen_model *m);
 
 /* How the loops of a system are kept closed */
 void keep_closed(struct system *s, enum drift drift);

@@ -171,6 +171,14 @@ static void add(double y, double lost, double increment, double *sum, double *lo
     *sum = whole;
 }
 
+/* How often a coefficient of degree k shrinks as it has since that two degrees before, up to the first degree that the end of the step misses. By a factor each; but a load that begins
+ * within a step, or as a root at its start, leaves coefficients that shrink as a power of the degree, and that is slower. So do all under loads that switch: what is smooth shrinks so fast
+ * that the power costs next to nothing. */
+static double steps_to_order(const struct system *s, int k)
+{
+    return s->model->switches ? log(2.0 * STAGES / k) / log((double)k / (k - 2)) : TO_ORDER;
+}
+
 /* How the last coefficients would shrink up to the first degree that the end of the step misses, if they went on as they do: g->further, of degree
  * STAGES - 2 (from where it is half a pair more, which is left out) and STAGES - 1. Degrees are compared with those of their own parity, for a motion may be nearly even or odd about the middle of the
  * step. What bends within the step shrinks slowly, and may lie far below the first coefficients. That is asked of loads alone, and not past a
@@ -190,7 +198,7 @@ static void look_further(struct gauss *g, const struct system *s, struct toleran
             sum[k] += (c[k] / scale) * (c[k] / scale);
     }
     for (int k = STAGES - 2; k < STAGES; k++)
-        g->further[k - (STAGES - 2)] = sum[k] < sum[k - 2] ? pow(sum[k] / sum[k - 2], 0.5 * TO_ORDER) : 1.0;
+        g->further[k - (STAGES - 2)] = sum[k] < sum[k - 2] ? pow(sum[k] / sum[k - 2], 0.5 * steps_to_order(s, k)) : 1.0;
 }
 
 /* End of the step, and what the estimates are made of */
@@ -218,8 +226,7 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
         const double size_of = h * (fabs(c[1]) + fabs(c[2]) + fabs(c[3]));
         first += scale > 0.0 ? (size_of / scale) * (size_of / scale) : 0.0;
     }
-    /* coefficients do not shrink as each other where a load begins as a root: the end sees then what the polynomial misses */
-    g->first = s->model->switches ? 0.0 : sqrt(first / size);
+    g->first = sqrt(first / size);
     look_further(g, s, tolerance, y, y1);
 }
 

@@ -286,6 +286,30 @@ enum outcome find_event(struct system *s, const struct method *method, const dou
     return outcome;
 }
 
+/* Whether no kink of an effect is near in the step: each function stays farther above zero at all samples than what it changes by between any two of them, twice. So a dip between
+ * two, as of a distance where a point flies past another, would have to be as deep as two of the largest changes that show. */
+static int is_far_from_kinks(struct search *search)
+{
+    const int count = search->sampled_count;
+    double *least = search->ends[0].value, *most = search->ends[0].rate, *before = search->ends[1].value,
+           *now = search->ends[2].value;
+    for (long k = 0; k <= search->interval_count; k++) {
+        watch_effects(search, (double)k / (double)search->interval_count, now);
+        for (int i = 0; i < count; i++) {
+            const double change = k ? fabs(now[i] - before[i]) : 0.0;
+            least[i] = k ? fmin(least[i], now[i]) : now[i];
+            most[i] = k ? fmax(most[i], change) : 0.0;
+            before[i] = now[i];
+            if (!(now[i] > 0.0))
+                return 0;
+        }
+    }
+    for (int i = 0; i < count; i++)
+        if (!(least[i] > 2.0 * most[i]))
+            return 0;
+    return 1;
+}
+
 enum outcome find_kink(struct system *s, const struct method *method, const double *steps, double t, double h,
                        struct event *event)
 {
@@ -302,11 +326,14 @@ enum outcome find_kink(struct system *s, const struct method *method, const doub
     const struct mark mark = s->arena->top;
     search.noise = TAKE(s->arena, double, s->model->switches);
     enum outcome outcome = take_search(&search, s->model->switches);
-    if (!outcome) {
+    const int far = !outcome && is_far_from_kinks(&search);
+    if (far)
+        *event = (struct event){-1, 2.0, CLOSES, 1.0};
+    if (!outcome && !far) {
         method->interpolate(steps, s->size, 0.0, search.y);
         outcome = side_noise(s, t, search.y, search.dy, search.values, search.samples, search.noise);
     }
-    if (!outcome)
+    if (!outcome && !far)
         *event = first_sampled(&search);
     give_back(s->arena, mark);
     return outcome;
