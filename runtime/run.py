@@ -22,6 +22,7 @@ from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.saved import saved
 from .record.tables import arrays, dataframe, dataset
+from .record.trace import Traced, trace_of
 from .sensitivity.jacobian import run_sensitivities, run_vjp, starts_as_scene
 from .sensitivity.moving import Wrt
 from .sensitivity.told import Output
@@ -56,6 +57,7 @@ class Run(Record):
     phases of kind "steps"; impacts with a `restitution_share` below 1.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
+    `traced` is the core's record of :attr:`trace`.
     `left` is the core's record of it, and how the run was integrated. `changes` are joints that let go or took hold,
     `events` the instants that the scene's `[[event]]` tables ask for.
     """
@@ -97,6 +99,12 @@ class Run(Record):
         as after it; of the two rows of an impact the first is as before it.
         """
         return point_motion(self, name, t)
+
+    @property
+    def trace(self) -> tuple[Traced, ...]:
+        """The last 512 things that the run did beside steps that were accepted, each with its ``t`` (s) and ``what``:
+        how its stages followed each other, which steps were refused and why, which kinks effects came past."""
+        return () if self.traced is None else trace_of(self.model, *self.traced)
 
     @property
     def stretches(self) -> tuple[Run, ...]:

@@ -113,6 +113,9 @@ def run(
     times: Annotated[
         str | None, typer.Option(metavar="N", help="with --csv: at N even times, not at the rows of the run")
     ] = None,
+    trace: Annotated[
+        bool, typer.Option("--trace", help="print what the run did last beside steps: events, refused steps, kinks")
+    ] = False,
     settings: Set = None,
     fold: Fold = False,
     verbose: Verbose = False,
@@ -135,7 +138,7 @@ def run(
     wanted = faults.of(read_wanted, None if plot is None else [plot], csv, times) or Wanted()
     said = detail(faults, verbose, quiet)
     moving = [name for name, given in ((GIF, gif), (VIDEO, video)) if given]
-    work(scene, Asked(until, rtol, method, step), out, moving, fold, said, wanted, csv, values, faults)
+    work(scene, Asked(until, rtol, method, step, trace), out, moving, fold, said, wanted, csv, values, faults)
 
 
 @app.command()

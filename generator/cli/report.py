@@ -37,6 +37,8 @@ HELD = {
 WIDTH = 140
 DRAWN = 1e-9
 """Part of the mechanism's length beyond which it is told how far points were apart where a joint took hold."""
+LAST = 5
+"""What a run that stopped early did last, that is printed without being asked for."""
 DRIFT = 1e-4
 """Share of the energy that moves beyond which a drift is warned of; of the scale of energy where nothing moves."""
 INEXACT = 1e-9
@@ -363,3 +365,16 @@ def _where(run: Run) -> str:
     if not abs(changes[row]) > 0.5 * run.energy_drift:
         return ""
     return f", {changes[row]:.3g} J of it at t = {run.t[row]:.6g} s"
+
+
+def print_trace(run: Run, asked: bool) -> None:
+    """What the run did beside steps that were accepted, as far as it is kept if that is ``asked`` for, else the last of
+    it where the run stopped early by itself."""
+    if asked:
+        typer.echo(f"trace, the last {len(run.trace)}:" if run.trace else "trace: nothing beside accepted steps")
+    elif not run.success and run.trace and not run.message.endswith("interrupted"):
+        typer.echo("what it did last, of which --trace prints more:")
+    else:
+        return
+    for one in run.trace if asked else run.trace[-LAST:]:
+        typer.echo(f"  {one}")

@@ -30,6 +30,7 @@ from .report import (
     print_events,
     print_impacts,
     print_missing,
+    print_trace,
     print_warnings,
 )
 from .scene_file import tell_assembly, tell_mobility
@@ -57,6 +58,7 @@ class Asked:
     rtol: str | None
     method: str | None
     step: str | None
+    trace: bool = False
 
     def read(self, faults: Faults) -> dict[str, Any]:
         """The arguments of :func:`ccgen.runtime.simulate` for that; ``faults`` get what is wrong with them."""
@@ -143,7 +145,7 @@ def run(
             tables = contact_files(scene, csv)
             files, unwritten, removed = write(result, folder, moving, wanted, csv, forces, tables, titled(settings))
     if detail is not Detail.NOTHING:
-        print_results(scene, None if INTERRUPTED in unwritten.values() else forces, result)
+        print_results(scene, None if INTERRUPTED in unwritten.values() else forces, result, asked.trace)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files) or 'nothing'}")
         if removed:
             typer.echo(f"removed, as of the run before: {', '.join(str(folder / file) for file in removed)}")
@@ -156,8 +158,9 @@ def run(
         raise typer.Exit(STOPPED_EARLY)
 
 
-def print_results(scene: Scene, forces: Told | None, result: Run) -> None:
-    """What has come, in what order, with what ``forces`` if these are told, and how exact that is."""
+def print_results(scene: Scene, forces: Told | None, result: Run, trace: bool) -> None:
+    """What has come, in what order, with what ``forces`` if these are told, how exact that is, and if asked its
+    ``trace``."""
     print_impacts(result.model, result)
     print_events(result)
     print_missing(scene, result)
@@ -168,6 +171,7 @@ def print_results(scene: Scene, forces: Told | None, result: Run) -> None:
         print_forces(forces)
         print_drives(forces)
     print_audit(result)
+    print_trace(result, trace)
 
 
 def titled(settings: Mapping[str, float]) -> dict[str, object]:

@@ -250,6 +250,14 @@ cdef extern from *:
         size_t *first
         size_t *last
         real *jump
+    struct traced:
+        real t, h, error
+        int kind, of, to, contact, watch, outcome
+    struct trace:
+        traced *of
+        size_t count, highest
+    size_t kept_traced(const trace *trace)
+    traced traced_at(const trace *trace, size_t k)
     struct run:
         real until
         tolerance tolerance
@@ -265,6 +273,7 @@ cdef extern from *:
         impacts impacts
         mode_history modes
         stepping stepping
+        trace trace
         int contact
         long steps, rejected, choices
         real rest_speed, chosen_at

@@ -228,8 +228,21 @@ cdef class Kernels(Differentiating):
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
             steps=r.steps, rejected=r.rejected, choices=r.choices, chosen_at=r.chosen_at if r.choices else None, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
-            state=state, **came,
+            state=state, trace=self._trace(&r.trace), **came,
         )
+
+    cdef tuple _trace(self, const trace *kept):
+        """The last of what a run did beside steps that were accepted: (n, 3) numbers and (n, 6) whole ones of each."""
+        cdef size_t n = kept_traced(kept), k
+        cdef traced one
+        numbers, whole = empty((n, 3)), np.empty((n, 6), dtype=np.int32)
+        cdef real[:, ::1] of = numbers
+        cdef int[:, ::1] words = whole
+        for k in range(n):
+            one = traced_at(kept, k)
+            of[k, 0], of[k, 1], of[k, 2] = one.t, one.h, one.error
+            words[k, 0], words[k, 1], words[k, 2], words[k, 3], words[k, 4], words[k, 5] = one.kind, one.of, one.to, one.contact, one.watch, one.outcome
+        return numbers, whole
 
     cdef dict _came(self, ccgen_simulation *it):
         """The events of the scene up to the last row, in the order of time, and what they and joints have changed, with those of an instant that could not all be done."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
@@ -71,6 +71,7 @@ class Record:
     changes: tuple[JointChange, ...] = ()
     events: tuple[Event, ...] = ()
     unexplained: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+    traced: tuple[FloatArray, NDArray[np.int32]] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         freeze(self, "t", "q", "u", "unexplained")
@@ -102,7 +103,7 @@ class Record:
             raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        restore(self, {"unexplained": np.zeros(0)} | state)  # runs of earlier versions have none
+        restore(self, {"unexplained": np.zeros(0), "traced": None} | state)  # runs of earlier versions have none
 
     def __repr__(self) -> str:
         end = "" if self.success else f", stopped early: {self.message}"

@@ -59,6 +59,7 @@ def run_of(
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found, *rounding),
         unexplained=unexplained,
+        traced=found["trace"],
         left=left,
     )
 

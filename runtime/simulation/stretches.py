@@ -147,6 +147,7 @@ def strung(record: Recorded, answers: Sequence[Answered], changed: frozenset[str
         changes=tuple(told.joints),
         events=tuple(told.events),
         unexplained=unexplained,
+        traced=last.traced,
         last=replace(last.state, changed=set_in_all) if last.state is not None else None,
     )
 

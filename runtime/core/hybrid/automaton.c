@@ -573,7 +573,7 @@ static enum outcome tell_jamming(const struct automaton *a, struct phase *f, enu
     return OUTCOME_JAMMED;
 }
 
-enum outcome run_stage(struct automaton *a, struct phase *f)
+static enum outcome run_one(struct automaton *a, struct phase *f)
 {
     f->s->arena->has_run_out = 0;
     f->run->contact = -1; /* what fails says of which contact */
@@ -592,4 +592,17 @@ enum outcome run_stage(struct automaton *a, struct phase *f)
         row++;
     a->stage = TRANSITIONS[row].to;
     return OUTCOME_DONE;
+}
+
+enum outcome run_stage(struct automaton *a, struct phase *f)
+{
+    const enum stage from = a->stage;
+    const enum outcome outcome = run_one(a, f);
+    if (a->stage != from || outcome) {
+        const int fails = outcome || a->stage == STEP;
+        const enum outcome why = outcome ? outcome : fails && from != END ? a->failed : OUTCOME_DONE;
+        trace(&f->run->trace,
+              (struct traced){f->t, NAN, NAN, TRACED_STAGE, from, a->stage, a->event.contact, a->event.watch, why});
+    }
+    return outcome;
 }

@@ -216,6 +216,7 @@ enum outcome make_simulation(struct ccgen_simulation *it, const struct ccgen_mod
     it->run.acts = settings->events == CCGEN_ACT;
     it->run.halts =
         it->run.watched && (settings->events == CCGEN_HALT || (it->run.acts && (it->on_event || does_anything(m))));
+    it->run.trace.of = TAKE(&it->arena, struct traced, TRACED_MOST);
     const int made = !take_phase(&it->phase) && (it->before = TAKE(&it->arena, char, kept_size(&it->phase)));
     return made ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
 }
@@ -239,6 +240,7 @@ static void clear_record(struct run *run)
     run->impacts.count = run->impacts.contact_count = 0;
     run->modes.count = run->modes.contact_count = 0;
     run->stepping.count = 0;
+    run->trace.count = run->trace.highest = 0;
     run->choices = 0;
 }
 
@@ -347,7 +349,8 @@ struct recorded note_record(const struct run *run)
                           .modes = run->modes.count,
                           .held = run->modes.contact_count,
                           .stretches = stepping->count,
-                          .choices = run->choices};
+                          .choices = run->choices,
+                          .traced = run->trace.count};
     if (at.stretches) {
         const size_t k = at.stretches - 1;
         at.last = stepping->last[k];
@@ -368,6 +371,7 @@ void cut_record(struct run *run, struct recorded at)
     run->modes.contact_count = at.held;
     stepping->count = at.stretches;
     run->choices = at.choices;
+    run->trace.count = at.traced;
     if (at.stretches) {
         const size_t k = at.stretches - 1;
         stepping->last[k] = at.last;

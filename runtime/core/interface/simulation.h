@@ -17,6 +17,7 @@ struct recorded {
     size_t rows, impacts, struck, modes, held, stretches, last;
     double t1, step, miss;
     long choices;
+    size_t traced;
 };
 
 /* Where the last leg of a run that halts begins; see halting.c. */

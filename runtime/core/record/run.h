@@ -5,6 +5,7 @@
 #include "base/interruption.h"
 #include "methods/method.h"
 #include "record/record.h"
+#include "record/trace.h"
 
 /* How a run keeps the loops shut in flight. Projection is the way; the others are there for comparison. While contacts are
  * held, loops and contacts are projected in any case. */
@@ -55,6 +56,7 @@ struct run {
     struct impacts impacts;
     struct mode_history modes;
     struct stepping stepping;
+    struct trace trace;
     enum outcome outcome;
     int contact; /* contact at fault, or -1 */
     long steps, rejected;

@@ -233,6 +233,7 @@ static void undo_step(struct phase *f, const struct before_step *before)
 static enum outcome pass_kink(struct phase *f)
 {
     enum outcome outcome = change_side(f, f->kink);
+    trace(&f->run->trace, (struct traced){f->t, NAN, NAN, TRACED_KINK, f->kink, -1, -1, 0, OUTCOME_DONE});
     f->kink = -1;
     if (f->run->method->restart)
         f->run->method->restart(f->scratch, f->s->size);
@@ -350,6 +351,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         at->refused = at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
         event->contact = -1;
         run->rejected++;
+        trace(&run->trace, (struct traced){f->t, f->h, NAN, TRACED_REFUSAL, -1, -1, behind, 0, outcome});
         *again = 1;
         return OUTCOME_DONE;
     }

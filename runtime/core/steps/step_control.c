@@ -165,6 +165,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         refused = 1;
         f->at.bounded = 0;
         run->rejected++;
+        trace(&run->trace, (struct traced){f->t, f->h, error, TRACED_REFUSAL, -1, -1, -1, 0, outcome});
         f->h = outcome || !isfinite(error) ? shorter_before_place(f, outcome) : f->h * shorter(f, error);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
