@@ -185,6 +185,7 @@ class TableMethods:
         force: Sequence[Mapping[str, Any]] | None = None,
         torque: Sequence[Mapping[str, Any]] | None = None,
         input: Sequence[Mapping[str, Any]] | None = None,
+        law: Sequence[Mapping[str, Any]] | None = None,
         place: Sequence[Mapping[str, Any]] | None = None,
         ground_link: Mapping[str, Any] | None = None,
         start: Mapping[str, Any] | None = None,
@@ -218,6 +219,7 @@ class TableMethods:
         force: tables of the part, as [[force]]
         torque: tables of the part, as [[torque]]
         input: tables of the part, as [[input]]
+        law: tables of the part, as [[law]]
         place: tables of the part, as [[place]]
         ground_link: a table of the part, as [ground_link]
         start: a table of the part, as [start]
@@ -688,8 +690,8 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         joint: the name of the joint that it brakes
-        torque: the most torque in N m, zero or a positive number or an expression of t
-        force: the most force along the line in N, zero or a positive number or an expression of t
+        torque: the most torque in N m, zero or a positive number or an expression
+        force: the most force along the line in N, zero or a positive number or an expression
         begins: the time in s from which on it brakes, zero or a positive number
         ends: the time in s up to which it brakes, a positive number
         rate: the rate about which it changes its sign in rad/s, a positive number (m/s where the joint slides)
@@ -732,8 +734,8 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         joint: the name of the joint that it moves
-        torque: a torque in N m, a number, an expression of t, or rows or pieces over time
-        force: a force along the line in N, a number, an expression of t, or rows or pieces over time
+        torque: a torque in N m, a number, an expression of t or the state, or rows or pieces over time
+        force: a force along the line in N, a number, an expression of t or the state, or rows or pieces over time
         table: a torque over time, rows [t, torque] in s and N m, at least two
         angle: the wanted angle in rad, a number or text as "30 deg", an expression of t, or rows or pieces over time
         position: the wanted length along the line in m, a number, an expression of t, or rows or pieces over time
@@ -832,7 +834,7 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         point: the point it acts on, a joint or "link.point"
-        vector: the force [x, y] in N, numbers or expressions of t
+        vector: the force [x, y] in N, numbers or expressions of t or of the state
         frame: "fixed" for fixed axes or "link" for axes that turn with the link
         """
 
@@ -847,7 +849,7 @@ class TableMethods:
 
         name: a name of letters, digits and _, beginning with a letter
         link: the name of the link it acts on
-        torque: a torque in N m, a number, an expression of t, or rows or pieces over time
+        torque: a torque in N m, a number, an expression of t or the state, or rows or pieces over time
         """
 
     def input(
@@ -868,4 +870,22 @@ class TableMethods:
         frame: "fixed" for fixed axes or "link" for axes that turn with the link
         joint: the name of the joint that a torque turns or a force slides
         link: the name of the link that a torque turns
+        """
+
+    def law(
+        self,
+        name: str | None = None,
+        *,
+        value: Number | None = None,
+        parameters: Mapping[str, Number] | None = None,
+        curves: Mapping[str, Mapping[str, Any]] | None = None,
+        unit: Literal["1", "N", "N m", "J", "W", "Pa", "rad", "rad/s", "m", "m/s", "N/m"] | None = None,
+    ) -> Mechanism:
+        """Add [[law]].
+
+        name: a name of letters, digits and _, beginning with a letter, that expressions have
+        value: a number or an expression of t and of the state, "-kp*angle(hip) - kd*rate(hip)"
+        parameters: names in the expression and their values, { kp = 30.0, kd = 2.0 }
+        curves: functions in it by rows, { gas = { rows = [[x, value], ...], law = "monotone" } }
+        unit: the unit of what it gives, "1", "N", "N m", "J", "W", "Pa", "rad", "rad/s", "m", "m/s", "N/m"
         """

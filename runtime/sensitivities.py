@@ -50,7 +50,8 @@ def sensitivities(
 
     Raises ``ValueError`` where there is no one matrix of derivatives or it is not known: time stepping, bounces that
     have come to rest, contacts that close together by chance, grazing, decisions of friction or of an impact within
-    rounding, effects with kinks, events of the scene that graze zero or come together by chance, joints that break
+    rounding, effects with kinks at which loads may jump, events of the scene that graze zero or come together by
+    chance, joints that break
     by a force while contacts are held, controllers and tables as inputs, redundant joints; it says where and why. A
     model has to be generated with its derivatives.
     """

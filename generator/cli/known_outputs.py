@@ -15,8 +15,8 @@ OF_SLIDE = ("slide", "slide_rate")
 
 
 def possible_outputs(scene: Scene) -> dict[str, None]:
-    """Names of all outputs but those of effects, contacts and meshes, and some that a joint has only where it is driven
-    or something strikes, in the order in which models have them."""
+    """Names of all outputs but those of effects other than laws, of contacts and of meshes, and some that a joint has
+    only where it is driven or something strikes, in the order in which models have them."""
     return dict.fromkeys(_possible(scene))
 
 
@@ -24,6 +24,7 @@ def _possible(scene: Scene) -> Iterator[str]:
     mechanism = scene.mechanism
     joints = (*mechanism.joints, *mechanism.open)
     yield from OF_MECHANISM
+    yield from (name for effect in scene.effects for name in effect.defines())
     for link in mechanism.links:
         yield from (f"{link.name}.{asked}" for asked in OF_LINK)
     for owner in (

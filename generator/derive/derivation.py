@@ -30,7 +30,7 @@ from .indicators import LENGTH, PACE, Indicates, Sets
 from .inverse import Inverse
 from .kinematics import Kinematics
 from .motion import TIME, Couple, Force, Motion, sum_per_link
-from .terms_of_effects import Terms
+from .terms_of_effects import Terms, laws_of
 from .vectors import ZERO, Vector, Wrench, add, dot, symbol
 
 MARK = "_v"
@@ -82,7 +82,7 @@ class _Derivation:
         """Derive everything, kernel by kernel."""
         self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
         self.closure = Closure(self.kinematics)
-        self.motion = Motion(self.kinematics, self.closure, self.place, self.velocity)
+        self.motion = Motion(self.kinematics, self.closure, self.place, self.velocity, laws_of(self.effects))
         self.loads = self._loads()
         self.drives = self._drives()
         kernels = [
@@ -177,7 +177,8 @@ class _Derivation:
         self.ledger.close("what runs tell of effects")
         links = [self.mechanism.link_name(one[3]) if len(one) > 3 else "" for _, one in told]
         self.outputs = [
-            OutputName(f"{title}.{one[0]}", one[1], link) for (title, one), link in zip(told, links, strict=True)
+            OutputName(f"{title}.{one[0]}" if one[0] else title, one[1], link)
+            for (title, one), link in zip(told, links, strict=True)
         ]
         if not told:
             return []

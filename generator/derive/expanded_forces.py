@@ -6,8 +6,7 @@ stand for, sines and cosines of the angles; names that effects give to quantitie
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 
@@ -20,11 +19,9 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from .closure import Closure
 from .kinematics import Kinematics
-from .motion import Couple, Force, Motion
+from .motion import Couple, Force, Motion, Stands
+from .terms_of_effects import Terms, laws_of
 from .vectors import Vector, dot
-
-if TYPE_CHECKING:
-    from .terms_of_effects import Terms
 
 Position = Callable[[PointRef], Vector]
 """Where a named point is, as a function of q."""
@@ -37,7 +34,7 @@ def expanded_forces(
     ledger = Ledger()
     kinematics = Kinematics(mechanism, topology, state, ledger)
     places, velocities = kinematics.write_positions(), kinematics.write_velocities()
-    motion = _Named(kinematics, Closure(kinematics), places, velocities)
+    motion = _Named(kinematics, Closure(kinematics), places, velocities, laws_of(effects))
     loads = [load for effect in effects for load in effect.loads(motion)]
     ledger.close("loads")
     explicit: dict[sp.Symbol, sp.Expr] = {}
@@ -58,9 +55,14 @@ class _Named(Motion):
     """Motion that remembers which names effects gave."""
 
     def __init__(
-        self, kinematics: Kinematics, closure: Closure, place: dict[int, Vector], velocity: dict[int, Vector]
+        self,
+        kinematics: Kinematics,
+        closure: Closure,
+        place: dict[int, Vector],
+        velocity: dict[int, Vector],
+        laws: Mapping[str, Stands],
     ) -> None:
-        super().__init__(kinematics, closure, place, velocity)
+        super().__init__(kinematics, closure, place, velocity, laws)
         self.own: set[sp.Symbol] = set()
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:

@@ -16,7 +16,7 @@ from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.touching_points import touching_points
 from .gaps import Accelerations, Gap, Positions, Velocities
-from .motion import Couple, Force, Motion
+from .motion import Couple, Force, Motion, Stands
 from .terms_of_effects import Let, Terms, Told
 from .vectors import Vector, Wrench, add, local, scale, symbol
 
@@ -116,6 +116,9 @@ class Gated:
 
     def inputs(self) -> tuple[str, ...]:
         return self.effect.inputs()
+
+    def defines(self) -> Mapping[str, Stands]:
+        return self.effect.defines()
 
     def sides(self) -> tuple[str, ...]:
         return self.effect.sides()

@@ -6,8 +6,9 @@ floating mechanism does not enter them and costs no digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import sympy as sp
 
@@ -39,14 +40,28 @@ class Couple:
     moment: sp.Expr
 
 
+class Stands(Protocol):
+    """What the name of a law stands for in a motion."""
+
+    def as_law(self, motion: Motion, held: bool) -> sp.Expr:
+        """The value, on the sides of kinks that the run holds (``held``), or with its kinks."""
+        ...
+
+
 class Motion:
     """Positions, velocities and angles as expressions; :meth:`let` names what is used more than once."""
 
     def __init__(
-        self, kinematics: Kinematics, closure: Closure, place: dict[int, Vector], velocity: dict[int, Vector]
+        self,
+        kinematics: Kinematics,
+        closure: Closure,
+        place: dict[int, Vector],
+        velocity: dict[int, Vector],
+        laws: Mapping[str, Stands] | None = None,
     ) -> None:
         self.kinematics, self.closure, self.place, self.velocity_of = kinematics, closure, place, velocity
-        self.time = TIME
+        self.time, self.laws = TIME, laws or {}
+        self._known: dict[tuple[str, bool], sp.Expr] = {}
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
         """A named quantity of an effect."""
@@ -66,6 +81,12 @@ class Motion:
     def input(self, name: str) -> sp.Expr:
         """The value of an input, given at run time."""
         return sp.Symbol(f"in_{name}")
+
+    def law(self, name: str, held: bool = True) -> sp.Expr:
+        """What a law's name stands for, on the sides of kinks that the run holds, or with its kinks."""
+        if (name, held) not in self._known:
+            self._known[name, held] = self.laws[name].as_law(self, held)
+        return self._known[name, held]
 
     def side(self, name: str) -> sp.Expr:
         """1 where the switching function of a kink is positive, else 0."""

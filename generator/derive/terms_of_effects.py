@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 import sympy as sp
 
 from ..mechanism.links import Parameter
 from .gaps import Gap
-from .motion import Couple, Force, Motion
+from .motion import Couple, Force, Motion, Stands
 from .vectors import Vector
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 Told = tuple[str, str, sp.Expr] | tuple[str, str, sp.Expr, int]
-"""What is asked of an effect, as ``torque``, its unit, and the value; the number of the link that a force acts on,
-where its name does not have it."""
+"""What is asked of an effect, as ``torque``, or nothing where its name says it all, its unit, and the value; the number
+of the link that a force acts on, where its name does not have it."""
 
 
 class Terms(Protocol):
@@ -34,6 +34,10 @@ class Terms(Protocol):
 
     def inputs(self) -> tuple[str, ...]:
         """Names of inputs that are given at run time."""
+        ...
+
+    def defines(self) -> Mapping[str, Stands]:
+        """Names that expressions may have, each with what it stands for."""
         ...
 
     def sides(self) -> tuple[str, ...]:
@@ -79,3 +83,8 @@ class Terms(Protocol):
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """What may touch what; ``let`` names what depends on parameters alone."""
         ...
+
+
+def laws_of(effects: Sequence[Terms]) -> dict[str, Stands]:
+    """The laws of effects by their names."""
+    return {name: law for effect in effects for name, law in effect.defines().items()}

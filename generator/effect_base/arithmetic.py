@@ -30,6 +30,10 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
     "atan2": math.atan2,
 }
 """Functions of one argument, but for atan2(y, x)."""
+KINKED: dict[str, Callable[..., float]] = {"min": min, "max": max}
+"""Functions that expressions of the state have beside these."""
+EVERY = {**FUNCTIONS, **KINKED}
+"""All functions that have values of their own."""
 LONGEST, DEEPEST, HIGHEST = 2000, 100, 64
 """Limits of an expression: characters, nesting, and the power of t (or of a function of t) that it amounts to."""
 
@@ -39,6 +43,22 @@ MOST_NAMED = 50
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 RESERVED = ("t", "pi", *FUNCTIONS)
 """Names that mean something already."""
+
+
+class NamesAndLaws(dict[str, float | None]):
+    """Names of numbers, and beside them those of ``laws``, which stand for expressions of the state."""
+
+    def __init__(self, names: Names, laws: Iterable[str]) -> None:
+        super().__init__(names)
+        self.laws = frozenset(laws)
+
+    def __bool__(self) -> bool:
+        return True  # laws alone are something too
+
+
+def laws_among(names: Names) -> frozenset[str]:
+    """The names of laws that stand beside those of numbers."""
+    return names.laws if isinstance(names, NamesAndLaws) else frozenset()
 
 
 class ExpressionError(ValueError):
@@ -133,7 +153,7 @@ def value_of(node: ast.expr, t: float) -> float:
         case ast.UnaryOp(op=op, operand=operand):
             return -value_of(operand, t) if isinstance(op, ast.USub) else value_of(operand, t)
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            return FUNCTIONS[name](*(value_of(argument, t) for argument in arguments))
+            return EVERY[name](*(value_of(argument, t) for argument in arguments))
         case ast.BinOp(left=left, op=op, right=right):
             a, b = value_of(left, t), value_of(right, t)
             if isinstance(op, ast.Pow):

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from ..derive.motion import Couple, Force, Motion
     from ..derive.terms_of_effects import Let, Told
     from ..derive.vectors import Vector
-    from .expression_of_time import OfTime
+    from .changing import Changing
+    from .expression_of_state import OfState
 
 Contact = tuple[str, PointRef]
 """A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
@@ -84,13 +85,20 @@ class Effect:
         """The effect's own parameters, each once."""
         return ()
 
-    def over_time(self) -> Mapping[str, OfTime]:
-        """What its table gives over time, by the paths that numbers there would have: none is a parameter."""
+    def over_time(self) -> Mapping[str, Changing]:
+        """What its table gives over time, or by the state, by the paths that numbers there would have: none is a
+        parameter."""
+        return {}
+
+    def defines(self) -> Mapping[str, OfState]:
+        """Names that expressions of the state may have, each with what it stands for."""
         return {}
 
     def describe(self, mechanism: Mechanism) -> str:
         """What ``ccgen show`` says of it behind its title: its parameters, unless it has something better to say."""
-        return ", ".join(f"{p.path} = {p.value!r}" for p in self.parameters()) or "no parameters"
+        told = [f"{p.path} = {p.value!r}" for p in self.parameters()]
+        told += [f"{path} = {value.shown}" for path, value in self.over_time().items() if value.of_state]
+        return ", ".join(told) or "no parameters"
 
     def field(self) -> Vector:
         """Uniform acceleration field (m/s²) as expressions in the parameters' symbols."""
@@ -119,6 +127,10 @@ class Effect:
         else 0. Steps of a run end where that changes its sign. Where loads jump there, the function may not depend on
         velocities that the jump turns back, or no motion would be possible on either side."""
         return ()
+
+    def jumps(self) -> bool:
+        """Whether its loads may jump at a kink; derivatives of runs go through those at which none does."""
+        return bool(self.sides())
 
     def switching(self, motion: Motion) -> Sequence[Expr]:
         """The switching functions of :meth:`sides`, of the state, time and inputs."""
@@ -229,6 +241,10 @@ class Effect:
     def remarks(self) -> tuple[tuple[str, str], ...]:
         """Keys of its table whose values may be meant otherwise than they are understood, each with a sentence."""
         return ()
+
+    def left_out(self) -> Effect | None:
+        """What stands in its place in the scene without it, where others name what it :meth:`defines`."""
+        return None
 
     def settled(self, start: Assembled) -> Effect:
         """The effect with what the scene leaves to the ``start``, as the length of a rope or how wheels mesh.

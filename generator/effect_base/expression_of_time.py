@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import sys
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,7 +16,19 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ..mechanism.links import Parameter
-from .arithmetic import NO_NAMES, ExpressionError, Names, Written, calculate, moves, read_tree, value_of
+from .arithmetic import (
+    NO_NAMES,
+    ExpressionError,
+    Names,
+    Written,
+    calculate,
+    laws_among,
+    moves,
+    read_tree,
+    value_of,
+)
+from .changing import Changing
+from .grammar_of_state import FORCES, QUANTITIES, RATE, VELOCITIES, asks_state
 from .written_numbers import check_dimension, faults_as_advice, read_quantity
 
 if TYPE_CHECKING:
@@ -26,13 +38,8 @@ if TYPE_CHECKING:
     from ..derive.terms_of_effects import Let
 
 
-class OfTime(ABC):
-    """A value over time that a scene gives in place of a number. Its own numbers are not parameters."""
-
-    @property
-    @abstractmethod
-    def shown(self) -> str:
-        """What it is, in words or as it is written."""
+class OfTime(Changing):
+    """A value over time that a scene gives in place of a number."""
 
     @abstractmethod
     def at(self, t: float) -> float:
@@ -47,10 +54,6 @@ class OfTime(ABC):
         """Whether its derivative by time exists everywhere, as far as can be told without its values."""
 
     @abstractmethod
-    def realise(self, motion: Motion, name: str) -> Expr:
-        """The value in the equations; its parts are named ``name_1``, ``name_2``, … there."""
-
-    @abstractmethod
     def rate(self, motion: Motion, name: str) -> Expr:
         """The derivative by time in the equations, with names as for :meth:`realise`."""
 
@@ -61,11 +64,6 @@ class OfTime(ABC):
     def jumps(self, order: int) -> Mapping[int, float]:
         """Times (s) at which a derivative jumps, by their numbers."""
         return {}
-
-    def kinks(self) -> tuple[tuple[float, float], ...]:
-        """Times (s) at which steps end, so that they keep their order, each with the time after which it comes again, 0
-        where it does not."""
-        return ()
 
 
 @dataclass(frozen=True)
@@ -249,7 +247,9 @@ def _number(value: float) -> Expr:
 
 
 class InTime:
-    """Marks a value that is a number or an expression of t; ``units`` are those of :class:`Measured`."""
+    """Marks a value that is a number or an expression of t; ``units`` are those of :class:`Measured`.
+
+    Other marks that derive from it may read expressions of the state too (:meth:`read_state`)."""
 
     def __init__(self, *units: str) -> None:
         self.units = units
@@ -263,10 +263,24 @@ class InTime:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {"type": ["number", "string"]}
 
-    def _read(self, value: object, info: ValidationInfo) -> float | Expression:
+    def read_state(self, text: str, info: ValidationInfo) -> Changing | None:
+        """The text as an expression of the state; ``None`` where it is none. Raises ``ExpressionError``."""
+        laws = laws_among(info.context or NO_NAMES)
+        asked = [word for word in asks_state(text, laws) if word in (*_OF_STATE, *laws)]
+        if not asked:
+            return None
+        told = asked[0] if asked[0] in laws else f"{asked[0]}(...)"
+        raise ExpressionError(
+            f"it has {told}, which is of the state, and what is prescribed or wanted is a function of the time alone; "
+            "write a [[motor]] with a torque or a force of the state"
+        )
+
+    def _read(self, value: object, info: ValidationInfo) -> float | Changing:
         if isinstance(value, str):
             names = info.context or NO_NAMES
             with faults_as_advice():
+                if (changing := self.read_state(value, info)) is not None:
+                    return changing
                 if (quantity := read_quantity(value, self.units)) is not None:
                     return quantity
                 law = parse(value, names)
@@ -283,28 +297,31 @@ class InTime:
         return float(value)
 
 
-Law = float | OfTime
-"""A value in a scene: a number, which becomes a parameter, or a value over time."""
+_OF_STATE = (*QUANTITIES, RATE, *VELOCITIES, *FORCES)
+"""Words that show that an expression is meant to be of the state."""
 
-Quantity = Parameter | OfTime | None
+Law = float | Changing
+"""A value in a scene: a number, which becomes a parameter, or one that changes."""
+
+Quantity = Parameter | Changing | None
 """A :data:`Law` in an effect's record; ``None`` where it is exactly zero."""
 
 
 def quantity(law: Law, path: str, symbol: str) -> Quantity:
     """What a law becomes in a record."""
-    if isinstance(law, OfTime):
+    if isinstance(law, Changing):
         return law
     return Parameter(path, symbol, law) if law else None
 
 
-def load_quantity(law: Law, path: str, symbol: str) -> Parameter | OfTime:
+def load_quantity(law: Law, path: str, symbol: str) -> Parameter | Changing:
     """What the law of a load becomes in a record: a number that is zero too is a parameter, which can be raised."""
-    return law if isinstance(law, OfTime) else Parameter(path, symbol, law or 0.0)
+    return law if isinstance(law, Changing) else Parameter(path, symbol, law or 0.0)
 
 
 def kinks_of(*quantities: Quantity) -> tuple[tuple[float, float], ...]:
-    """The times (s) at which those over time have kinks, as :meth:`OfTime.kinks` tells them."""
-    return tuple(kink for q in quantities if isinstance(q, OfTime) for kink in q.kinks())
+    """The times (s) at which those over time have kinks, as :meth:`Changing.kinks` tells them."""
+    return tuple(kink for q in quantities if isinstance(q, Changing) for kink in q.kinks())
 
 
 def own_parameters(*quantities: Quantity) -> tuple[Parameter, ...]:
@@ -312,13 +329,13 @@ def own_parameters(*quantities: Quantity) -> tuple[Parameter, ...]:
     return tuple(q for q in quantities if isinstance(q, Parameter))
 
 
-def those_over_time(quantities: Mapping[str, Quantity]) -> dict[str, OfTime]:
-    """Those of them, by their paths, that are values over time."""
-    return {path: q for path, q in quantities.items() if isinstance(q, OfTime)}
+def those_over_time(quantities: Mapping[str, Quantity]) -> dict[str, Changing]:
+    """Those of them, by their paths, that are no numbers."""
+    return {path: q for path, q in quantities.items() if isinstance(q, Changing)}
 
 
 def term(of: Quantity, motion: Motion, name: str) -> Expr:
-    """A quantity in the equations; ``name`` is that of a value over time."""
-    if isinstance(of, OfTime):
+    """A quantity in the equations; ``name`` is that of a value that changes."""
+    if isinstance(of, Changing):
         return motion.let(name, of.realise(motion, f"{name}_part"))
     return motion.value(of)

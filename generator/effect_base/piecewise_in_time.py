@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -127,20 +127,34 @@ class Piecewise(OfTime):
         return self.derivative(motion, f"{name}_rate", 1, {})
 
     def derivative(self, motion: Motion, name: str, order: int, begun: Mapping[int, Expr]) -> Expr:
-        """What it is before the first row; by how much it jumps at rows that have ``begun``; and what it adds from each
-        row to the next, by the time since that row, of which no more counts than that between them,
-        (h + |t - t_i| - |t - t_(i+1)|)/2."""
-        import sympy as sp
-
         time, let = motion.time, motion.let
         if self.ends == "periodic":
             time = self._begun_anew(time, let, name)
+        return self.along(time, let, name, order, begun)
+
+    def along(
+        self,
+        time: Expr,
+        let: Let,
+        name: str,
+        order: int,
+        begun: Mapping[int, Expr],
+        away: Callable[[int, Expr], Expr] | None = None,
+    ) -> Expr:
+        """What it, or a derivative, is at a ``time``, or at what else it is a function of: what it is before the first
+        row; by how much it jumps at rows that have ``begun``; and what it adds from each row to the next, by the time
+        since that row, of which no more counts than that between them, (h + |t - t_i| - |t - t_(i+1)|)/2.
+
+        ``away`` gives |t - t_i| of a row and t - t_i, where that is not to be the absolute value itself."""
+        import sympy as sp
+
+        size = away or (lambda _, since: sp.Abs(since))
         curves = [curve.derived(order) for curve in self.curves]
         first, last = (Fraction(row[0]) for row in (self.rows[0], self.rows[-1]))
         jumps = {row: self._jump(curves, row, order) for row in self.jumps(order)}
         start = self._beyond(first, first, order) if 0 in jumps else curves[0].at(Fraction(0))
         terms: list[Any] = [number(start), *(number(jump) * begun[row] for row, jump in jumps.items())]
-        since = [let(f"since_{name}_{i}", sp.Abs(time - sp.Float(t))) for i, (t, _) in enumerate(self.rows)]
+        since = [let(f"since_{name}_{i}", size(i, time - sp.Float(t))) for i, (t, _) in enumerate(self.rows)]
         for i, ((t0, _), (t1, _)) in enumerate(pairwise(self.rows)):
             cut = let(f"part_{name}_{i}", (sp.Float(t1 - t0) + since[i] - since[i + 1]) / 2)
             terms.append(let(f"added_{name}_{i}", curves[i].added(cut, let, f"{name}_{i}")))

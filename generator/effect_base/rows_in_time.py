@@ -19,12 +19,13 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from .expression_of_state import InLoad
 from .expression_of_time import InTime, Law
 from .laws_of_rise import LawOfRise
 from .motion_laws import Monotone, Motion, Rises
 from .piecewise_in_time import ENDS, Ends, Piecewise, State, derived, value
 from .table import Columns, Table
-from .written_numbers import Measured
+from .written_numbers import Anything, Measured
 
 ROWS = 500
 """Rows of a value over time, all of which stand in the equations: so many take some seconds to derive."""
@@ -38,6 +39,7 @@ HERMITE = {1: ((1,),), 2: ((3, -1), (-2, 1)), 3: ((10, -4, 1), (-15, 7, -2), (6,
 over their factorials."""
 
 PAIR = Field(min_length=2, max_length=2)
+_OF_ANYTHING = Annotated[float, Anything()]
 
 
 @dataclass(frozen=True)
@@ -205,8 +207,13 @@ class Rows(Table):
     def _grow(cls, rows: list[list[float]]) -> list[list[float]]:
         for number, (row, after) in enumerate(pairwise(rows), start=1):
             if not row[0] < after[0]:
-                raise _wrong(f"row {number} has t = {after[0]:g} after t = {row[0]:g}; write rows with times that grow")
+                raise _wrong(cls._not_growing(number, row[0], after[0]))
         return rows
+
+    @classmethod
+    def _not_growing(cls, number: int, before: float, found: float) -> str:
+        """What to say of a row that does not come after the one before."""
+        return f"row {number} has t = {found:g} after t = {before:g}; write rows with times that grow"
 
     @field_validator("ends")
     @classmethod
@@ -438,6 +445,25 @@ class ForcePieces(Pieces):
     )
 
 
+class CurveRows(Rows):
+    """A function of one variable by rows [x, value]: ``{ rows = [[0, 0], [0.1, 3]], law = "monotone" }``."""
+
+    rows: list[Annotated[list[float], PAIR, Columns(_OF_ANYTHING, _OF_ANYTHING)]] = Field(
+        min_length=2, description="rows [x, value], at least two, of x that grows"
+    )
+    law: Literal["monotone"] | None = Field(
+        default=None, description='in place of the order "monotone", a cubic that keeps within the rows'
+    )
+    ends: Literal["rest", "straight"] = Field(
+        default="rest",
+        description='what it does before the first row and after the last, "rest" (stay) or "straight" (go on)',
+    )
+
+    @classmethod
+    def _not_growing(cls, number: int, before: float, found: float) -> str:
+        return f"row {number} has x = {found:g} after x = {before:g}; write rows with x that grows"
+
+
 def number_or_table(value: Any) -> str:
     """Which alternative of such a value is meant, as pydantic's tag."""
     if not isinstance(value, dict):
@@ -480,13 +506,13 @@ SpeedInTime = Annotated[
     _EITHER,
 ]
 TorqueInTime = Annotated[
-    Annotated[Law, InTime("N m"), Tag("<number>")]
+    Annotated[Law, InLoad("N m"), Tag("<number>")]
     | Annotated[TorqueRows, Tag("<table>")]
     | Annotated[TorquePieces, Tag("<pieces>")],
     _EITHER,
 ]
 ForceInTime = Annotated[
-    Annotated[Law, InTime("N"), Tag("<number>")]
+    Annotated[Law, InLoad("N"), Tag("<number>")]
     | Annotated[ForceRows, Tag("<table>")]
     | Annotated[ForcePieces, Tag("<pieces>")],
     _EITHER,

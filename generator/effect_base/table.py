@@ -122,12 +122,15 @@ def text_or_list(value: Any) -> str:
     return "<list>" if isinstance(value, list) else "<text>"
 
 
+NameKind = Literal["joint", "link", "point", "end"]
+
+
 @dataclass(frozen=True)
 class Named:
     """Marks a text that is the name of something: a joint, a link, a point (``link.point`` or a joint), or an end of a
     joint (``link.point``)."""
 
-    kind: Literal["joint", "link", "point", "end"]
+    kind: NameKind
 
 
 class Columns:

@@ -68,6 +68,21 @@ class Measured:
             return read_number(text, self.units, info.context or NO_NAMES)
 
 
+class Anything(Measured):
+    """Marks a number that may measure anything."""
+
+    def __init__(self) -> None:
+        super().__init__("1")
+
+    def __repr__(self) -> str:
+        return "Anything()"
+
+    def _text(self, text: str, info: ValidationInfo) -> Written:
+        with faults_as_advice():
+            names = info.context or NO_NAMES
+            return read_quantity(text, None) or calculate(text, names)
+
+
 @contextmanager
 def faults_as_advice() -> Iterator[None]:
     """Faults of texts become faults of pydantic's, which carry the advice."""

@@ -17,6 +17,7 @@ from . import (
     input,
     joint_friction,
     journal,
+    law,
     motor,
     rack,
     rope,
@@ -51,6 +52,7 @@ REGISTRY: tuple[Entry, ...] = (
     force.ENTRY,
     torque.ENTRY,
     input.ENTRY,
+    law.ENTRY,
 )
 
 __all__ = ["REGISTRY", "Contact", "Effect", "Entry", "Level", "Surroundings"]

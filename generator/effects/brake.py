@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
+from ..effect_base.changing import Changing
 from ..effect_base.effect import Complain, Effect, Entry, Part, Rub, Surroundings
+from ..effect_base.expression_of_state import InLoad, free, sides_of, switching_of
 from ..effect_base.expression_of_time import (
-    Expression,
-    InTime,
     Law,
-    OfTime,
     Quantity,
     own_parameters,
     term,
@@ -44,11 +43,13 @@ class BrakeTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it brakes")
-    torque: Annotated[Law, InTime("N m")] | None = Field(
-        default=None, description="the most torque in N m, zero or a positive number or an expression of t"
+    torque: Annotated[Law, InLoad("N m")] | None = Field(
+        default=None,
+        description="the most torque in N m, zero or a positive number or an expression",
     )
-    force: Annotated[Law, InTime("N")] | None = Field(
-        default=None, description="the most force along the line in N, zero or a positive number or an expression of t"
+    force: Annotated[Law, InLoad("N")] | None = Field(
+        default=None,
+        description="the most force along the line in N, zero or a positive number or an expression",
     )
     begins: Annotated[NotNegative, Measured("s")] | None = Field(
         default=None, description="the time in s from which on it brakes, zero or a positive number"
@@ -85,17 +86,25 @@ class Brake(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.effort, self.rate, self.first, self.last)
 
-    def over_time(self) -> Mapping[str, OfTime]:
+    def over_time(self) -> Mapping[str, Changing]:
         return those_over_time({f"{self.name}.{self.key}": self.effort})
 
     def sides(self) -> tuple[str, ...]:
-        kinds = (("pressed", isinstance(self.effort, Expression)), ("begun", self.first), ("over", self.last))
+        return (*self._own_sides(), *sides_of({f"torque_{self.label}": self.effort}))
+
+    def jumps(self) -> bool:
+        return self.first is not None or self.last is not None
+
+    def _own_sides(self) -> tuple[str, ...]:
+        """Those that tell whether it acts."""
+        kinds = (("pressed", isinstance(self.effort, Changing)), ("begun", self.first), ("over", self.last))
         return tuple(f"{self.label}_{kind}" for kind, there in kinds if there)
 
     def switching(self, motion: Motion) -> Sequence[Expr]:
         """The effort where it is an expression, and times after its beginning and its end."""
-        values = [self._effort(motion)] if isinstance(self.effort, Expression) else []
-        return [*values, *(motion.time - motion.value(instant) for instant in (self.first, self.last) if instant)]
+        values = [self._pressed(motion)] if isinstance(self.effort, Changing) else []
+        values += [motion.time - motion.value(instant) for instant in (self.first, self.last) if instant]
+        return [*values, *switching_of({f"torque_{self.label}": self.effort}, motion)]
 
     def rubs(self, mechanism: Mechanism) -> tuple[Rub, ...]:
         asked, _ = _told_of(mechanism.joints[self.joint])
@@ -120,11 +129,15 @@ class Brake(Effect):
     def _effort(self, motion: Motion) -> Expr:
         return term(self.effort, motion, f"torque_{self.label}")
 
+    def _pressed(self, motion: Motion) -> Expr:
+        """The effort as a switching function, which has no sides in it."""
+        return free(self.effort, motion, f"torque_{self.label}")
+
     def _moment(self, motion: Motion) -> Expr:
         from sympy import tanh
 
         most = self._effort(motion)
-        for side in self.sides():
+        for side in self._own_sides():
             on = motion.side(side)
             most *= 1 - on if side.endswith("_over") else on
         slip = motion.let(f"slip_{self.label}", motion.joint_speed(self.joint))
@@ -154,7 +167,7 @@ def build(table: BrakeTable, index: int, around: Surroundings, complain: Complai
     last = Parameter(f"{name}.ends", f"te_{label}", table.ends, ANY) if table.ends else None
     rate = Parameter(f"{name}.rate", f"w0_{label}", table.rate or RATE, POSITIVE)
     law = getattr(table, key)
-    effort = law if isinstance(law, Expression) else Parameter(f"{name}.{key}", f"T_{label}", law, NOT_NEGATIVE)
+    effort = law if isinstance(law, Changing) else Parameter(f"{name}.{key}", f"T_{label}", law, NOT_NEGATIVE)
     return Brake(label, name, joint, effort, rate, first, last, key)
 
 
@@ -169,8 +182,11 @@ def _check_keys(table: BrakeTable, slides: bool, complain: Complain) -> bool:
     if law is None:
         complain((), f"found no {key}, expected the most {key} with which it brakes; add {key}")
         sound = False
-    elif not isinstance(law, Expression) and not law >= 0.0:
-        complain((key,), f"found {law:g}, expected zero or a positive number or an expression of t; correct it")
+    elif not isinstance(law, Changing) and not law >= 0.0:
+        complain(
+            (key,),
+            f"found {law:g}, expected zero or a positive number or an expression of t or of the state; correct it",
+        )
         sound = False
     if wrong := wrong_kind(table.rate, "m/s" if slides else "rad/s"):
         complain(("rate",), wrong)

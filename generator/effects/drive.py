@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
+from ..effect_base.changing import Changing
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import (
     Expression,
@@ -77,7 +78,7 @@ class Drive(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.law) if self.given == "speed" else ()
 
-    def over_time(self) -> Mapping[str, OfTime]:
+    def over_time(self) -> Mapping[str, Changing]:
         return those_over_time({f"{self.name}.{self.key}": self.law})
 
     def describe(self, mechanism: Mechanism) -> str:
@@ -87,7 +88,7 @@ class Drive(Effect):
         if isinstance(law, OfTime):
             return f"{joint.name} at {what} {law.shown}"
         named = f"{self.parameters()[0].path} = " if self.parameters() else ""
-        return f"{joint.name} at {what} {named}{law.value if law else 0.0!r}"
+        return f"{joint.name} at {what} {named}{self._number!r}"
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return kinks_of(self.law)
@@ -108,10 +109,10 @@ class Drive(Effect):
     def begins(self) -> tuple[float | None, float]:
         law = self.law
         if self.given == "speed":
-            return None, law.at(0.0) if isinstance(law, OfTime) else law.value if law else 0.0
+            return None, law.at(0.0) if isinstance(law, OfTime) else self._number
         if isinstance(law, OfTime):
             return law.at(0.0), law.slope_at(0.0)
-        return law.value if law else 0.0, 0.0
+        return self._number, 0.0
 
     def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
         import sympy as sp
@@ -124,6 +125,11 @@ class Drive(Effect):
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         return (mover(self.name, mechanism.joints[self.joint]),)
+
+    @property
+    def _number(self) -> float:
+        """What the law is where it does not change."""
+        return self.law.value if isinstance(self.law, Parameter) else 0.0
 
     @property
     def _order(self) -> int:

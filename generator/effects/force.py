@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from ..effect_base.changing import Changing
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.expression_of_state import InLoad, sides_of, switching_of
 from ..effect_base.expression_of_time import (
-    InTime,
     Law,
-    OfTime,
     Quantity,
     load_quantity,
     own_parameters,
@@ -43,8 +43,8 @@ class ForceTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: PointName = Field(description='the point it acts on, a joint or "link.point"')
-    vector: Annotated[list[Annotated[Law, InTime("N")]], Field(min_length=2, max_length=2)] = Field(
-        description="the force [x, y] in N, numbers or expressions of t"
+    vector: Annotated[list[Annotated[Law, InLoad("N")]], Field(min_length=2, max_length=2)] = Field(
+        description="the force [x, y] in N, numbers or expressions of t or of the state"
     )
     frame: Frame = Field(default="fixed", description=FRAME)
 
@@ -62,8 +62,17 @@ class Force(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(*self.vector)
 
-    def over_time(self) -> Mapping[str, OfTime]:
+    def over_time(self) -> Mapping[str, Changing]:
         return those_over_time({f"{self.name}.vector.{axis}": of for axis, of in zip("xy", self.vector, strict=True)})
+
+    def sides(self) -> tuple[str, ...]:
+        return sides_of(self._named())
+
+    def jumps(self) -> bool:
+        return False
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        return switching_of(self._named(), motion)
 
     def loads(self, motion: Motion) -> Sequence[Load]:
         from ..derive.motion import Force as Load
@@ -84,7 +93,7 @@ class Force(Effect):
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         """An arrow at the point: the force, or where it changes with time 1 along each axis that it has."""
-        changes = any(isinstance(part, OfTime) for part in self.vector)
+        changes = any(isinstance(part, Changing) for part in self.vector)
         shown = tuple(float(part is not None) for part in self.vector) if changes else self._constant()
         turns = float(self.frame == "link")
         return (("force", self.name, (self.point, self.point), (*shown, float(changes), turns)),)
@@ -92,12 +101,15 @@ class Force(Effect):
     def _constant(self) -> tuple[Parameter | None, ...]:
         return tuple(part if isinstance(part, Parameter) else None for part in self.vector)
 
+    def _named(self) -> dict[str, Quantity]:
+        """The components by their names in the equations."""
+        return {f"force_{self.index}_{axis}": of for axis, of in zip("xy", self.vector, strict=True)}
+
     def _force(self, motion: Motion) -> Vector:
-        name = f"force_{self.index}"
-        x, y = (term(part, motion, f"{name}_{axis}") for part, axis in zip(self.vector, "xy", strict=True))
+        x, y = (term(part, motion, name) for name, part in self._named().items())
         if self.frame == "fixed":
             return x, y
-        return motion.let_vector(f"turned_{name}", motion.kinematics.turn(self.point.link, (x, y)))
+        return motion.let_vector(f"turned_force_{self.index}", motion.kinematics.turn(self.point.link, (x, y)))
 
 
 def find_loaded(name: str, frame: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
+from ..effect_base.changing import Changing
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.expression_of_state import sides_of, switching_of
 from ..effect_base.expression_of_time import (
     OfTime,
     Quantity,
@@ -64,11 +66,13 @@ class MotorTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it moves")
     torque: TorqueInTime | None = Field(
-        default=None, description="a torque in N m, a number, an expression of t, or rows or pieces over time"
+        default=None,
+        description="a torque in N m, a number, an expression of t or the state, or rows or pieces over time",
     )
     force: ForceInTime | None = Field(
         default=None,
-        description="a force along the line in N, a number, an expression of t, or rows or pieces over time",
+        description="a force along the line in N, a number, an expression of t or the state, or rows or pieces over "
+        "time",
     )
     table: list[Row] | None = Field(
         default=None,
@@ -115,6 +119,13 @@ class Given:
 
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         return term(self.torque, motion, f"torque_motor_{motor.index}")
+
+    def sides(self, motor: Motor) -> tuple[str, ...]:
+        """Kinks of an expression of the state."""
+        return sides_of({f"torque_motor_{motor.index}": self.torque})
+
+    def switching(self, motion: Motion, motor: Motor) -> Sequence[Expr]:
+        return switching_of({f"torque_motor_{motor.index}": self.torque}, motion)
 
 
 @dataclass(frozen=True)
@@ -268,7 +279,7 @@ class Motor(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return self.drive.parameters()
 
-    def over_time(self) -> Mapping[str, OfTime]:
+    def over_time(self) -> Mapping[str, Changing]:
         given, key, _ = self._given
         return those_over_time({f"{self.name}.{key}": given})
 
@@ -282,10 +293,13 @@ class Motor(Effect):
         return straying(*self._given)
 
     def sides(self) -> tuple[str, ...]:
-        return self.drive.sides(self) if isinstance(self.drive, Servo) else ()
+        return () if isinstance(self.drive, Rows) else self.drive.sides(self)
+
+    def jumps(self) -> bool:
+        return False
 
     def switching(self, motion: Motion) -> Sequence[Expr]:
-        return self.drive.switching(motion, self) if isinstance(self.drive, Servo) else ()
+        return () if isinstance(self.drive, Rows) else self.drive.switching(motion, self)
 
     def integrals(self) -> tuple[str, ...]:
         return (f"{self.name}_integral",) if isinstance(self.drive, Integrating) else ()

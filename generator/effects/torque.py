@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.changing import Changing
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.expression_of_state import sides_of, switching_of
 from ..effect_base.expression_of_time import (
-    OfTime,
     Quantity,
     kinks_of,
     load_quantity,
@@ -38,7 +39,7 @@ class TorqueTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     link: LinkName = Field(description="the name of the link it acts on")
     torque: TorqueInTime = Field(
-        description="a torque in N m, a number, an expression of t, or rows or pieces over time"
+        description="a torque in N m, a number, an expression of t or the state, or rows or pieces over time"
     )
 
 
@@ -54,7 +55,7 @@ class Torque(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.torque)
 
-    def over_time(self) -> Mapping[str, OfTime]:
+    def over_time(self) -> Mapping[str, Changing]:
         return those_over_time({f"{self.name}.torque": self.torque})
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
@@ -62,6 +63,15 @@ class Torque(Effect):
 
     def remarks(self) -> tuple[tuple[str, str], ...]:
         return straying(self.torque, "torque", "N m")
+
+    def sides(self) -> tuple[str, ...]:
+        return sides_of({self._label: self.torque})
+
+    def jumps(self) -> bool:
+        return False
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        return switching_of({self._label: self.torque}, motion)
 
     def loads(self, motion: Motion) -> Sequence[Couple]:
         from ..derive.motion import Couple
@@ -84,7 +94,12 @@ class Torque(Effect):
         return (("torque", self.name, (at, at), (self.torque if isinstance(self.torque, Parameter) else 1.0,)),)
 
     def _torque(self, motion: Motion) -> Expr:
-        return term(self.torque, motion, f"torque_{self.index}")
+        return term(self.torque, motion, self._label)
+
+    @property
+    def _label(self) -> str:
+        """Its name in the equations."""
+        return f"torque_{self.index}"
 
 
 def find_link(name: str, mechanism: Mechanism) -> tuple[int | None, str]:

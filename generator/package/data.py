@@ -70,6 +70,7 @@ def model_data(
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "timed": any(sp.Symbol("t") in one.expression.free_symbols for one in equations.assignments()),
+        "continuous": any(one.sides() for one in scene.effects) and not any(one.jumps() for one in scene.effects),
         "kinks": [list(kink) for effect in scene.effects for kink in effect.kinks()],
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],

@@ -17,7 +17,7 @@ def parameter_data(parameters: Iterable[Parameter]) -> list[dict[str, object]]:
 
 def data_over_time(effects: Iterable[Effect]) -> dict[str, str]:
     """The paths of what effects have over time where a number would be a parameter, and what that is."""
-    return {path: law.shown for effect in effects for path, law in effect.over_time().items()}
+    return {path: law.told for effect in effects for path, law in effect.over_time().items()}
 
 
 def resting_data(mechanism: Mechanism, implied: Iterable[Implied]) -> dict[str, str]:

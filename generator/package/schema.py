@@ -319,6 +319,9 @@ class ModelData(Data):
         default=[],
         description="other such times (s), each with the time after which it comes again, or 0; absent where none is",
     )
+    continuous: bool = Field(
+        default=False, description="whether effects have kinks, and none of their loads jumps there; else absent"
+    )
     contacts: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "each contact's point and what it touches", "[contacts][2]"
     )

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal
 
-from ..effect_base.arithmetic import ExpressionError, Names, NameWithoutValue
-from ..effect_base.expression_of_time import OfTime
+from ..effect_base.arithmetic import ExpressionError, Names, NameWithoutValue, laws_among
+from ..effect_base.changing import Changing
+from ..effect_base.grammar_of_state import Scope, normal_form, number_or_form, plain
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
-from .event_expression import normal_form, number_or_form
 from .event_table import EventTable
 
 
@@ -36,13 +36,14 @@ class Event:
     def describe(self) -> str:
         """What ``ccgen show`` says of it."""
         way = {"rising": "rises through zero", "falling": "falls through zero", "either": "crosses zero"}
-        does = [f"{path} is {value if isinstance(value, str) else format(value, '.6g')}" for path, value in self.set]
+        does = [
+            f"{path} is {plain(value) if isinstance(value, str) else format(value, '.6g')}" for path, value in self.set
+        ]
         does += [f"{name} is {word}" for word, names in (("on", self.on), ("off", self.off)) for name in names]
         if self.stop:
             does.append("the run ends" + (f" when it has come {self.stop} times" if self.stop > 1 else ""))
         then = f"; then {' and '.join(does)}" if does else ""
-        plain = self.when.replace("'", "")
-        return f"{self.name} where {plain} {way[self.direction]}{then}"
+        return f"{self.name} where {plain(self.when)} {way[self.direction]}{then}"
 
 
 def events_of(
@@ -84,7 +85,7 @@ def check_set(
     tables: Sequence[tuple[Path, EventTable]],
     parameters: Mapping[str, Parameter],
     speeds: Collection[str],
-    over_time: Mapping[str, OfTime],
+    over_time: Mapping[str, Changing],
     report: Report,
 ) -> None:
     """What events set are parameters of the scene, and numbers that these may have; none of the ``speeds`` with which
@@ -95,7 +96,7 @@ def check_set(
             if key in over_time:
                 report.add(
                     place,
-                    f'found "{key}", which is given over time, {over_time[key].shown}, expected the path of a '
+                    f'found "{key}", which is given over time, {over_time[key].told}, expected the path of a '
                     "parameter; give it a number there",
                 )
             elif key.endswith(".on") and key not in parameters:
@@ -132,7 +133,7 @@ def _unmet(parameter: Parameter, value: float) -> str:
 
 def _read(path: Path, text: str, mechanism: Mechanism, names: Names, report: Report) -> str | None:
     try:
-        return normal_form(text, names, mechanism)
+        return normal_form(text, Scope(names, mechanism, laws_among(names)))
     except NameWithoutValue:
         return None
     except ExpressionError as error:
@@ -144,7 +145,7 @@ def _value(path: Path, value: float | str, mechanism: Mechanism, names: Names, r
     if not isinstance(value, str):
         return float(value)
     try:
-        found = number_or_form(value, names, mechanism)
+        found = number_or_form(value, Scope(names, mechanism, laws_among(names)))
     except NameWithoutValue:
         return None
     except ExpressionError as error:

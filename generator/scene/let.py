@@ -87,15 +87,15 @@ def _tell_rings(raw: Mapping[str, Any], needs: Mapping[str, list[str]], report: 
     """Names that need themselves, by way of others or at once: each ring is told where its first name stands."""
     told: set[str] = set()
     for name in raw:
-        ring = [] if name in told else _ring(name, needs)
-        if ring and not told & {*ring}:
-            way = " -> ".join((*ring, name))
+        found = [] if name in told else ring(name, needs)
+        if found and not told & {*found}:
+            way = " -> ".join((*found, name))
             message = f"found {show(raw[name])}, which needs its own value ({way}), expected {_EXPECTED}"
-            report.add((KEY, name), f"{message}; give one of them a number", also=[(KEY, one) for one in ring])
-        told |= {*ring}
+            report.add((KEY, name), f"{message}; give one of them a number", also=[(KEY, one) for one in found])
+        told |= {*found}
 
 
-def _ring(name: str, needs: Mapping[str, list[str]]) -> list[str]:
+def ring(name: str, needs: Mapping[str, list[str]]) -> list[str]:
     """The shortest way from a name through what it needs back to it, without the last; nothing where there is none."""
     ways: dict[str, str] = {}
     waiting = [name]

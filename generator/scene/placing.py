@@ -14,7 +14,8 @@ from typing import Any
 
 from ..effect_base.arithmetic import ExpressionError, Names, calculate, free_names, parsed
 from ..effect_base.effect import Entry
-from ..effect_base.table import Named
+from ..effect_base.grammar_of_state import asks_state
+from ..effect_base.table import Named, NameKind
 from ..effect_base.written_numbers import read_quantity
 from ..effects import REGISTRY
 from .check import check, show
@@ -24,7 +25,8 @@ from .let import read_names, wrong_name
 from .limits import MOST_PLACED
 from .meant import kinds_of, unknown_key
 from .part_tables import ROWS_OF_PARTS, TABLES_OF_PARTS, PartTable, PlacedStartTable, PlaceTable
-from .texts import rewritten
+from .texts import Rewriting, rewritten
+from .turned_states import turned_state
 from .turning import Sides, Turning
 
 EFFECTS: Mapping[str, Entry] = {entry.key: entry for entry in REGISTRY}
@@ -285,7 +287,7 @@ class _Placing:
                 return self.place.ports[text]
             return self._reference(mark, text)
 
-        table = rewritten(MODELS[row.key], row.table, name, self._number)
+        table = rewritten(MODELS[row.key], row.table, Rewriting(name, self._number, self._state))
         if row.name is not None:
             table["name"] = self._named(row.name)
         if row.key == "link":
@@ -339,6 +341,19 @@ class _Placing:
         if isinstance(value, list):
             return [self._numbers(one) for one in value]
         return self._number(value) if isinstance(value, str) else value
+
+    def _state(self, text: str) -> str:
+        """An expression of the state as it is here, seen from the part."""
+        laws = {name: self._named(name) for name in self.assembly.named("law")}
+        joints = {name: self._sides(row) for name, row in self.joints.items()}
+
+        def outside(kind: NameKind, name: str) -> str:
+            return self.place.ports.get(name) or self._reference(Named(kind), name)
+
+        if not asks_state(text, laws):
+            return self._number(text)
+        numbers = {name: self._named(name) for name in self.assembly.let}
+        return turned_state(text, self.turning, numbers | laws, joints, outside)
 
     def _number(self, text: str) -> str:
         """Arithmetic with the names that the part's ``let`` has in this place."""

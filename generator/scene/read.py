@@ -59,6 +59,7 @@ from .schema import (
 from .shorthand import shorthand
 from .sizes import SQUARES, check_lengths, tell_beyond
 from .start import begin, check_effects, check_energy, lift, settle, sketch
+from .states import Row, read_states, with_laws
 from .valued import valued
 
 PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start", "release", "hold")
@@ -231,7 +232,7 @@ def _read(
     take hold, and begins there. What is read ``again``, with stand-ins, tells no lengths that are too large: they may
     be the cause of what is told.
     """
-    names = read_names(tables.get("let", {}), report)
+    names = with_laws(read_names(tables.get("let", {}), report), tables)
     asked = _table(StartTable, tables, "start", names, report)
     said = _change_tables(tables, asked, names, report)
     released = _released(said, values)
@@ -331,7 +332,7 @@ def _change_tables(tables: Tables, start: StartTable | None, names: Names, repor
 
 def _check_tables(tables: Tables, report: Report) -> None:
     """Each table by itself, where faults of parts leave open what others could name."""
-    names = read_names(tables.get("let", {}), report)
+    names = with_laws(read_names(tables.get("let", {}), report), tables)
     for key in (key for key in MODELS if key in tables and key != "let"):
         (_tables if key in MANY else _table)(MODELS[key], tables, key, names, report)
 
@@ -475,8 +476,9 @@ def _effects(tables: list[EffectTable], bodies: Bodies, names: Names, report: Re
     used = {link.name for link in bodies.mechanism.links} | {"ground"}
     used |= {joint.name for joint in bodies.mechanism.joints if joint.parameters()}
     built: list[tuple[Path, Effect]] = []
-    for entry, index, path, table in tables:
-        effect = entry.build(table, index, around, report.below(path))
+    read = read_states([Row(one.path, one.number, one.table) for one in tables], bodies.mechanism, names, report)
+    for (entry, index, path, _), table in zip(tables, read, strict=True):
+        effect = entry.build(table, index, around, report.below(path)) if table else None
         name = getattr(effect, "name", None)
         if name in used:
             report.add((*path, "name"), f"found {show(name)} a second time, expected a new name; rename one of them")

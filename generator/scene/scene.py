@@ -11,6 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
+from ..effect_base.expression_of_state import OfState
+from ..effect_base.grammar_of_state import laws_in
 from ..mechanism.integrators import without_integrators
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
@@ -212,6 +214,10 @@ class Scene:
 
         A height is measured from a ground that may be gone then, so the start keeps the position it came to.
         """
+        own, named = self.effects[effect].defines(), self._named_laws()
+        rest = self.effects[effect].left_out() if named & own.keys() else None
+        if rest is not None:
+            return dataclasses.replace(self, effects=(*self.effects[:effect], rest, *self.effects[effect + 1 :]))
         effects = tuple(e for index, e in enumerate(self.effects) if index != effect)
         keys = tuple(key for index, key in enumerate(self.keys_of_effects) if index != effect)
         sketch = self.start.sketch
@@ -234,6 +240,16 @@ class Scene:
             gates=gates,
             everywhere=everywhere,
         )
+
+    def _named_laws(self) -> set[str]:
+        """The laws that effects and events name."""
+        values = [
+            value for effect in self.effects for value in (*effect.defines().values(), *effect.over_time().values())
+        ]
+        forms = [value.text for value in values if isinstance(value, OfState)]
+        for event in self.events:
+            forms += [event.when, *(value for _, value in event.set if isinstance(value, str))]
+        return {name for form in forms for name in laws_in(form)}
 
     @property
     def off(self) -> tuple[str, ...]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
+from ..effect_base.expression_of_state import InLaw, InLoad
 from ..effect_base.expression_of_time import InTime
 from ..effect_base.table import Columns, Named, Table, inside, kind_of_key
 from ..effect_base.written_numbers import Measured
@@ -15,33 +16,38 @@ OnName = Callable[[Named, str, Place], str]
 OnNumber = Callable[[str], str]
 
 
-def rewritten(model: type[Table], table: Mapping[str, Any], on_name: OnName, on_number: OnNumber) -> dict[str, Any]:
-    """A copy of a ``table`` of the kind ``model`` in which every text that names something is what ``on_name`` gives
-    for it (with its place in the table), and every text that stands for a number what ``on_number`` gives."""
-    return {
-        key: _value(kind_of_key(model, str(key)), value, (key,), on_name, on_number) for key, value in table.items()
-    }
+class Rewriting(NamedTuple):
+    """What becomes of a text that ``names`` something, given with its place in the table, of one that stands for a
+    ``number``, and of one that may be an expression of the ``state``."""
+
+    name: OnName
+    number: OnNumber
+    state: OnNumber
 
 
-def _value(kind: Any, value: Any, place: Place, on_name: OnName, on_number: OnNumber) -> Any:
+def rewritten(model: type[Table], table: Mapping[str, Any], by: Rewriting) -> dict[str, Any]:
+    """A copy of a ``table`` of the kind ``model`` with its texts as they become."""
+    return {key: _value(kind_of_key(model, str(key)), value, (key,), by) for key, value in table.items()}
+
+
+def _value(kind: Any, value: Any, place: Place, by: Rewriting) -> Any:
     options = [*_options(kind)] if kind is not None else []
     if isinstance(value, list):
         inner = next((found for one, marks in options for found in _items(one, marks, len(value))), None)
         kinds = inner if inner else [None] * len(value)
         items = zip(kinds, value, strict=True)
-        return [_value(one, item, (*place, index), on_name, on_number) for index, (one, item) in enumerate(items)]
+        return [_value(one, item, (*place, index), by) for index, (one, item) in enumerate(items)]
     if isinstance(value, Mapping):
-        return {
-            key: _value(inside(kind, str(key), value), item, (*place, str(key)), on_name, on_number)
-            for key, item in value.items()
-        }
+        return {key: _value(inside(kind, str(key), value), item, (*place, str(key)), by) for key, item in value.items()}
     if isinstance(value, str):
         marks = [mark for one, marks in options if get_origin(one) not in (list, dict) for mark in marks]
         named = next((mark for mark in marks if isinstance(mark, Named)), None)
         if named:
-            return on_name(named, value, place)
+            return by.name(named, value, place)
+        if any(isinstance(mark, InLaw | InLoad) for mark in marks):
+            return by.state(value)
         if any(isinstance(mark, Measured | InTime) for mark in marks):
-            return on_number(value)
+            return by.number(value)
     return value
 
 

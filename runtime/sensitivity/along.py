@@ -111,10 +111,10 @@ def check(run: Record) -> Model:
     name = model.name
     with faults.collecting():
         need_derivatives(model)
-    if model.kernels.sizes["switches"]:
+    if model.kernels.sizes["switches"] and not model.data.get("continuous", False):
         faults.add(
-            f"{name}: found effects with kinks, expected loads that are smooth: the instants at which they switch "
-            "are not differentiated"
+            f"{name}: found effects with kinks at which loads may jump, expected loads that are continuous, as laws of "
+            "the state and motors with a limit are: the instants at which others switch are not differentiated"
         )
     if run.drift == "damped":
         faults.add(f'{name}: found drift="damped", expected "projected" or "left"')

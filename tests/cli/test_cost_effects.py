@@ -91,7 +91,8 @@ def _check_price(key: str, priced: Priced, bare: Any) -> None:
         counts = found.added[group]
         kinds = (counts.sums, counts.products, counts.quotients, counts.angles, counts.functions)
         assert list(kinds) == list(difference), group
-    assert any(counts != Counts() for counts in found.added.values())
+    acts = key != "law"  # which is told, and acts on nothing until something names it
+    assert any(counts != Counts() for counts in found.added.values()) == acts
     own = {p.path for p in _parameters(scene)} - {p.path for p in _parameters(bare)}
     assert {p.path for p in found.parameters} == own
 
@@ -121,6 +122,17 @@ def test_prices_by_hand(workshop: Workshop) -> None:
     assert found.added["acceleration"] == Counts(sums=1, products=3)
     assert found.added["energy and power"] == Counts(sums=0, products=5)
     assert found.added["events"] == Counts()
+
+
+def test_a_law_costs_what_it_takes_instead_of_a_number(workshop: Workshop) -> None:
+    """Where a load names it: -k φ³, two products for the power and one for the gain, once."""
+    text = 'name = "x"\n[chain]\nlinks = 1\nhinged = true\n'
+    text += '[[motor]]\njoint = "joint_0"\ntorque = "stiff - angle(joint_0)"\n'
+    text += '[[law]]\nname = "stiff"\nvalue = "-k*angle(joint_0)**3"\nparameters = { k = 3 }\n'
+    motor, law = prices(workshop.scene(text))
+    assert (motor.title, law.title) == ("motor_0", "stiff")
+    assert law.added["acceleration"] == Counts(products=3)
+    assert motor.added["acceleration"].products > 3 and motor.added["acceleration"].sums > 0
 
 
 def test_functions_are_counted(workshop: Workshop) -> None:

@@ -48,6 +48,10 @@ WRONG = {
     + '[[link]]\nname = "b"\nmass = 0\ninertia = 0\ncom = [0, 0]\npoints = { A = [0, 0], B = [1, 0] }\n'
     + PIN.format("a.B", "b.A"),
     "A ground that nothing touches": HINGED + "[[ground]]\nrestitution = 0\n",
+    "A load that jumps": HINGED + '[[motor]]\njoint = "joint_0"\ntorque = "-sign(rate(joint_0))"\n',
+    "A load that hangs on forces": HINGED + '[[motor]]\njoint = "joint_0"\ntorque = "-force(joint_0)"\n',
+    "A prescribed motion of the state": HINGED + '[[drive]]\njoint = "joint_0"\nspeed = "1 - angle(joint_0)"\n',
+    "A law that needs its own value": HINGED + '[[law]]\nname = "lift"\nvalue = "2*lift"\n',
     "The loop cannot be closed": FOUR_BAR.replace("[0.6, 0]", "[6, 0]"),
     "Two links are not connected": HINGED + ROD.format("b", 1),
     "Velocities that pull a loop apart": FOUR_BAR + "[start]\nangular_velocities = { a = 1, b = 7, c = -9 }\n",

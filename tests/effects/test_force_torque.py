@@ -60,13 +60,13 @@ BAD: dict[str, Wrong] = {
         '[[force]]\npoint = "joint_0"\nvector = [1]',
         3,
         "force[0].vector",
-        "expected the force [x, y] in N, numbers or expressions of t; write 2 values",
+        "expected the force [x, y] in N, numbers or expressions of t or of the state; write 2 values",
     ),
     "force with a bad part": (
         '[[force]]\npoint = "joint_0"\nvector = [1, "t t"]',
         3,
         "force[0].vector[1]",
-        'found "t t", expected the force [x, y] in N, numbers or expressions of t; it cannot be read',
+        'found "t t", expected the force [x, y] in N, numbers or expressions of t or of the state; it cannot be read',
     ),
     "force in no frame": (
         '[[force]]\npoint = "joint_0"\nvector = [0, 1]\nframe = "body"',

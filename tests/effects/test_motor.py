@@ -126,15 +126,15 @@ BAD: dict[str, Wrong] = {
         '[[motor]]\njoint = "joint_0"\ntorque = "2*foo(t)"',
         3,
         "motor[0].torque",
-        'found "2*foo(t)", expected a torque in N m, a number, an expression of t, or rows or pieces over time; '
-        "foo(...) is",
+        'found "2*foo(t)", expected a torque in N m, a number, an expression of t or the state, or rows or pieces over '
+        "time; foo(...) is",
     ),
     "torque is true": ('[[motor]]\njoint = "joint_0"\ntorque = true', 3, "motor[0].torque", "found true, expected"),
     "infinite torque": (
         '[[motor]]\njoint = "joint_0"\ntorque = inf',
         3,
         "motor[0].torque",
-        "found inf, expected a torque in N m, a number, an expression of t, or rows or pieces over time; "
+        "found inf, expected a torque in N m, a number, an expression of t or the state, or rows or pieces over time; "
         "write a finite number",
     ),
     "table of one row": (

@@ -115,6 +115,7 @@ TABLES: dict[str, tuple[str, str]] = {
 """By table and key, with what tells cases of one key apart: the text, and the parameters that the number is."""
 PLACES = "radius lowest highest length angle position lift"
 NO_PARAMETERS = {f"{table.key} {key}" for table in REGISTRY for key in PLACES.split()} | {
+    "law value",  # an expression, of which a number is one
     "compliant_ground exponent",  # a choice of a few
     "compliant_touch exponent",
     "brake begins",  # a time

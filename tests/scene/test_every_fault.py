@@ -11,6 +11,7 @@ from typing import Any, get_args
 import pytest
 from pydantic.fields import FieldInfo
 
+from ccgen.generator.effect_base.expression_of_state import InLaw, InLoad
 from ccgen.generator.effect_base.expression_of_time import InTime
 from ccgen.generator.effect_base.table import Named, Table
 from ccgen.generator.effects import REGISTRY
@@ -84,7 +85,7 @@ def wrong_values(model: type[Table], key: str) -> Iterator[object]:
         yield [0, 0]
     if key in PER_LINK and "list[" in marks(field):
         yield [1.0, 1.0]
-    if InTime.__name__ in marks(field):
+    if any(mark.__name__ in marks(field) for mark in (InTime, InLoad, InLaw)):
         yield ["sin(", 1] if "list[" in marks(field) else "sin("
 
 
@@ -150,7 +151,7 @@ def test_every_text_of_an_effect_is_marked_as_a_name() -> None:
     """A text that names something needs that of something there to stand in for it."""
     for entry in REGISTRY:
         for key, field in entry.table.model_fields.items():
-            plain = marks(field).replace("typing.", "")
+            plain = marks(field).replace("typing.", "").replace("dict[Annotated[str", "dict[Annotated[key")
             if key != "name" and ("'str'" in plain or "[str" in plain or "str |" in plain):
                 assert Named.__name__ in plain, f"{entry.key}.{key}"
 

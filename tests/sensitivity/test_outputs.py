@@ -209,7 +209,7 @@ def test_events_that_are_only_told_change_no_derivative(workshop: Workshop) -> N
 
 def test_effects_with_kinks_are_refused(workshop: Workshop) -> None:
     text = BAR + "[[compliant_ground]]\npoint = [0, -9]\nload = 30\nrestitution = 0.2\nfriction = 0.4\n"
-    with pytest.raises(ValueError, match="found effects with kinks"):
+    with pytest.raises(ValueError, match="found effects with kinks at which loads may jump"):
         sensitivities(workshop.model(text, derivatives=True), "u0", until=0.1)
 
 

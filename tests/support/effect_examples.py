@@ -58,6 +58,7 @@ between = ["slider.B", "wheel_2.C"]
 angles = { link_0 = -0.9, link_1 = 0.4, link_2 = 1.1, wheel_1 = 0.3 }
 """
 EXAMPLES: dict[str, str] = {
+    "law": '[[law]]\nname = "law_0"\nvalue = "3*sin(t) - k*angle(joint_1)"\nparameters = { k = 2 }\n',
     "gravity": "[gravity]\ndirection = [1, -3]\n",
     "ground": "[[ground]]\nnormal = [0.3, 1]\npoint = [0, -9]\nrestitution = 0.2\n",
     "compliant_ground": "[[compliant_ground]]\npoint = [0, -9]\nload = 30\nrestitution = 0.2\nfriction = 0.4\n",
@@ -91,5 +92,5 @@ CONTACTS = ("ground", "stop", "touch", "journal", "cam", "rope")
 """Effects that are contacts: they have gaps, and no loads."""
 MESHES = ("gear", "rack", "belt")
 """Effects that are closure rows: they have forces of constraint, and no loads."""
-LOADS = {key: text for key, text in EXAMPLES.items() if key not in (*CONTACTS, *MESHES, "gravity", "drive")}
+LOADS = {key: text for key, text in EXAMPLES.items() if key not in (*CONTACTS, *MESHES, "gravity", "drive", "law")}
 """Those that have loads."""
