@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -376,5 +377,16 @@ def print_trace(run: Run, asked: bool) -> None:
         typer.echo("what it did last, of which --trace prints more:")
     else:
         return
-    for one in run.trace if asked else run.trace[-LAST:]:
-        typer.echo(f"  {one}")
+    lines = _gathered(run)
+    for line in lines if asked else lines[-LAST:]:
+        typer.echo(f"  {line}")
+
+
+def _gathered(run: Run) -> list[str]:
+    """The lines of the trace; of steps that are refused one after the other the first and the last."""
+    lines: list[str] = []
+    for refused, group in groupby(run.trace, lambda one: one.refused):
+        same = [str(one) for one in group]
+        between = [f"... {len(same) - 2} more ..."] if refused and len(same) > 2 else same[1:-1]
+        lines += [same[0], *between, *same[1:][-1:]]
+    return lines

@@ -104,13 +104,14 @@ def parameters_of(scene: Scene, fold: bool = False) -> Parameters:
     from ccgen.runtime.model.parameters import Parameters
 
     from ..mechanism.implied import implied
-    from ..package.parameter_data import data_over_time, parameter_data, resting_data
+    from ..package.parameter_data import data_over_time, laws_of_loads, parameter_data, resting_data
 
     declared = parameter_data(scene.parameters())
     resting = resting_data(scene.mechanism, implied(scene.mechanism, scene.driven))
     folded = scene.name if fold and declared else ""
     gates = [gate.path for gate in scene.gates if gate]
-    return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects), gates)
+    loads = laws_of_loads(scene.effects)
+    return Parameters(declared, {}, lambda: None, folded, resting, data_over_time(scene.effects), gates, loads)
 
 
 def check_parameter(path: str, scene: Scene, option: str) -> None:

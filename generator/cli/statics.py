@@ -104,7 +104,8 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
-    typer.echo(f"{model.name}: {found.stability} equilibrium; stiffnesses: {stiffness}")
+    told = "" if found.stability == "undetermined" else f"{found.stability} "
+    typer.echo(f"{model.name}: {told}equilibrium; stiffnesses: {stiffness}")
     width = max(12, *map(len, model.q_of))
     for name, value in zip(model.q_of, found.q, strict=True):
         typer.echo(f"{name:{width}} {value:z16.9g} {'rad' if name.endswith('.angle') else 'm'}")

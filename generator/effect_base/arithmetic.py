@@ -6,7 +6,7 @@ import ast
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 from .units import UNITS, Dimension, kind_of
@@ -46,19 +46,20 @@ RESERVED = ("t", "pi", *FUNCTIONS)
 
 
 class NamesAndLaws(dict[str, float | None]):
-    """Names of numbers, and beside them those of ``laws``, which stand for expressions of the state."""
+    """Names of numbers, and beside them those of ``laws``, which stand for expressions of the state, each with the
+    names of its own parameters."""
 
-    def __init__(self, names: Names, laws: Iterable[str]) -> None:
+    def __init__(self, names: Names, laws: Mapping[str, Collection[str]]) -> None:
         super().__init__(names)
-        self.laws = frozenset(laws)
+        self.laws = dict(laws)
 
     def __bool__(self) -> bool:
         return True  # laws alone are something too
 
 
-def laws_among(names: Names) -> frozenset[str]:
-    """The names of laws that stand beside those of numbers."""
-    return names.laws if isinstance(names, NamesAndLaws) else frozenset()
+def laws_among(names: Names) -> Mapping[str, Collection[str]]:
+    """The laws that stand beside the names of numbers, with the names of their parameters."""
+    return names.laws if isinstance(names, NamesAndLaws) else {}
 
 
 class ExpressionError(ValueError):
@@ -189,6 +190,14 @@ def _check_names(tree: ast.expr, free: Iterable[str], names: Names, of_time: boo
     """Every name is known; all that are not are told together."""
     unknown = [name for name in free if name not in names and name not in RESERVED]
     allowed = (*(("t",) if of_time else ()), "pi", *names)
+    laws = laws_among(names)
+    if law := next((name for name in unknown if name in laws), None):
+        raise ExpressionError(
+            f"{law} is a law, which changes with the state, and this is a number that stays; laws stand in loads, "
+            "events and other laws: write a number, or the load as a [[motor]], [[torque]] or [[force]]"
+            if not of_time
+            else f"{law} is a law, which may not stand here; write a number or an expression of t"
+        )
     if unknown:
         close = get_close_matches(unknown[0], allowed, 1)
         advice = f'write "{close[0]}"' if close else "write a number without quotes, or give a name its value in [let]"
@@ -266,8 +275,21 @@ def _check_exponent(base: ast.expr, exponent: ast.expr, depth: int, names: Names
     except (ArithmeticError, ValueError):
         value = math.nan
     if not value.is_integer() or abs(value) > HIGHEST:
-        raise ExpressionError(f"exponents are whole numbers up to {HIGHEST}; write sqrt(...) for a root")
+        raise ExpressionError(wrong_exponent(base, exponent, value))
     return abs(int(value))
+
+
+def wrong_exponent(base: ast.expr, exponent: ast.expr, value: float) -> str:
+    """What to write for a power of what changes whose exponent, of this ``value`` if it has one, is no whole number."""
+    told, of = f"exponents are whole numbers up to {HIGHEST}", ast.unparse(base)
+    if value == 0.5:
+        return f"{told}; write sqrt(...) for a root, sqrt({of}) here"
+    power = ast.unparse(ast.BinOp(exponent, ast.Mult(), _called_log(base)))
+    return f"{told}; write exp({power}) for this power of what is positive"
+
+
+def _called_log(of: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name("log", ast.Load()), [of], [])
 
 
 def _not_arithmetic(node: ast.expr, names: Names) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 from .arithmetic import KINKED, laws_among
 from .changing import Changing
 from .expression_of_time import InTime, term
-from .grammar_of_state import asks_state, laws_in, plain
+from .grammar_of_state import asks_state, laws_in, plain, seems_of_state
 
 if TYPE_CHECKING:
     from pydantic import ValidationInfo
@@ -138,7 +138,9 @@ class InLoad(InTime):
         return f"InLoad({', '.join(self.units)})"
 
     def read_state(self, text: str, info: ValidationInfo) -> Changing | None:
-        return Unread(text) if asks_state(text, laws_among(info.context or {})) else None
+        names = info.context or {}
+        laws = laws_among(names)
+        return Unread(text) if asks_state(text, laws) or seems_of_state(text, names, laws) else None
 
 
 class InLaw(InTime):

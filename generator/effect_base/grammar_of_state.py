@@ -12,7 +12,7 @@ import math
 import re
 import zlib
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import reduce
 
@@ -24,11 +24,14 @@ from .arithmetic import (
     FUNCTIONS,
     HIGHEST,
     KINKED,
+    MOST_NAMED,
+    RESERVED,
     ExpressionError,
     Names,
     NameWithoutValue,
     parsed,
     value_of,
+    wrong_exponent,
 )
 from .points import find_point
 from .table import NameKind
@@ -55,6 +58,15 @@ FORCES = (
     *("normal_force", "friction", "impulse"),
 )
 """What somebody may ask for that follows from the loads."""
+TOLD = ("fx", "fy")
+"""Forces by the names of outputs."""
+MEANT = {
+    **dict.fromkeys(("angle", "phi", "theta", "direction"), ("angle", "")),
+    **dict.fromkeys(("rate", "omega", "w", "angular_velocity", "speed", "velocity"), ("rate", "")),
+    **dict.fromkeys(("slide", "position", "s"), ("slide", "")),
+    **dict.fromkeys(("slide_rate", "sliding_velocity"), ("slide", "rate")),
+}
+"""Quantities as outputs and other programs name them behind a point, by what is asked here, and whether its rate."""
 JUMPS = ("sign", "sgn", "signum", "step", "heaviside", "floor", "ceil", "round", "mod", "fmod", "int")
 """Functions that others have and that jump."""
 WORDS = frozenset((*QUANTITIES, RATE, *VELOCITIES, *KINKED, *CLIPS, *FORCES, *JUMPS))
@@ -67,13 +79,13 @@ _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)
 
 @dataclass(frozen=True)
 class Scope:
-    """What an expression may name: numbers by their ``names``, what the ``mechanism`` has, ``laws``, and of a law its
-    ``own`` parameters and ``curves``, its functions of one variable. In one of a load (``loads``) nothing may
-    jump."""
+    """What an expression may name: numbers by their ``names``, what the ``mechanism`` has, ``laws``, each with names of
+    parameters that others may not name, and of a law its ``own`` parameters and ``curves``, its functions of one
+    variable. In one of a load (``loads``) nothing may jump."""
 
     names: Names
     mechanism: Mechanism
-    laws: Collection[str] = ()
+    laws: Mapping[str, Collection[str]] = field(default_factory=dict)
     own: Collection[str] | None = None
     curves: Collection[str] = ()
     loads: bool = False
@@ -127,12 +139,40 @@ def laws_in(form: str) -> list[str]:
     return [*dict.fromkeys(call.args[0].value for call in calls if call.func.id == LAW)]  # type: ignore[attr-defined]
 
 
-def free_in(text: str) -> set[str]:
-    """The names in a text; none where it cannot be read."""
+def asked_in(form: str) -> list[str]:
+    """What a normal form asks of the state, each once, as a person writes it: ``angle(hip)``, ``rate(slide(rail))``."""
+    found: list[str] = []
+
+    def look(node: ast.AST) -> None:
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in (*QUANTITIES, RATE):
+            found.append(plain(ast.unparse(node)))
+            return
+        for inner in ast.iter_child_nodes(node):
+            look(inner)
+
+    look(ast.parse(form, mode="eval"))
+    return [*dict.fromkeys(found)]
+
+
+def seems_of_state(text: str, names: Names, laws: Collection[str]) -> bool:
+    """Whether a text that :func:`asks_state` nothing is best told what is wrong with it as one of the state: it calls a
+    law or what follows from the loads, names a part of something, or where there are laws what is not known."""
+    try:
+        nodes = [*ast.walk(parsed(text))]
+    except ExpressionError:
+        return False
+    called = {node.func.id for node in nodes if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+    named = {node.id for node in nodes if isinstance(node, ast.Name)} - called
+    parts = any(isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) for node in nodes)
+    return parts or bool(called & {*laws, *TOLD}) or bool(laws and named - {*names, *RESERVED})
+
+
+def free_in(text: str) -> set[str] | None:
+    """The names in a text; ``None`` where it cannot be read."""
     try:
         return {node.id for node in ast.walk(parsed(text)) if isinstance(node, ast.Name)}
     except ExpressionError:
-        return set()
+        return None
 
 
 def plain(form: str) -> str:
@@ -196,7 +236,7 @@ class _Reader:
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
                 return self._call(name, args, depth)
             case ast.BinOp(left=base, op=ast.Pow(), right=exponent):
-                return ast.BinOp(self.read(base, depth + 1), ast.Pow(), self._exponent(exponent, depth + 1))
+                return ast.BinOp(self.read(base, depth + 1), ast.Pow(), self._exponent(base, exponent, depth + 1))
             case ast.BinOp(op=ast.BitXor()):
                 raise ExpressionError(f"{_excerpt(node)} has a ^, which is no power here; write ** for ^")
             case ast.BinOp(left=left, op=op, right=right) if isinstance(op, _OPERATORS):
@@ -207,9 +247,37 @@ class _Reader:
         """What to write for what is no arithmetic."""
         if self.scope.loads and isinstance(node, ast.Compare | ast.BoolOp | ast.IfExp):
             return "write min(...), max(...) or clip(...), or an [[event]] that sets a parameter"
+        if isinstance(node, ast.Attribute):
+            return self._meant(node)
         if isinstance(node, ast.Compare):
             return "it comes to zero where both sides are equal: write their difference"
         return f"use + - * / **, numbers and functions, and {_help()}"
+
+    def _meant(self, node: ast.Attribute) -> str:
+        """What to write for a quantity behind a point, ``rod.angle``, or for a point without one, ``rod.tip``."""
+        owner, word = ast.unparse(node.value), node.attr
+        links = [link.name for link in self.mechanism.links[: self.mechanism.own_links]]
+        if owner in self.scope.laws:
+            return self._of_law(owner, word)
+        if word in ("x", "y", "vx", "vy") and find_point(owner, self.mechanism)[0] is not None:
+            return f"write {word}({owner})"
+        if find_point(f"{owner}.{word}", self.mechanism)[0] is not None:
+            return f"write x({owner}.{word}) or y({owner}.{word})"
+        joint, (asked, rated) = self._joints().get(owner), MEANT.get(word, ("", ""))
+        if joint and asked:
+            if asked == "rate" and not (joint.turns and joint.slides):
+                return f"write rate({owner})"
+            quantity = "slide" if asked == "slide" or not joint.turns else "angle"
+            return f"write rate({quantity}({owner}))" if rated or asked == "rate" else f"write {quantity}({owner})"
+        if owner in links and asked in ("angle", "rate"):
+            return f"write rate(direction({owner}))" if asked == "rate" else f"write direction({owner})"
+        return f"what is asked stands before its parentheses; {_help()}"
+
+    def _of_law(self, law: str, word: str) -> str:
+        """What to write for something of a law."""
+        if word in self.scope.laws[law]:
+            return f"{word} is a parameter of the law {law}, and stands in its value alone; write that with it there"
+        return f"write {law} for what the law gives"
 
     def _name(self, name: str) -> ast.expr:
         if name == "t":
@@ -226,10 +294,18 @@ class _Reader:
         if name in (*QUANTITIES, RATE, *VELOCITIES, *FUNCTIONS, *KINKED, *CLIPS, *self.scope.curves):
             raise ExpressionError(f"{name} needs an argument in parentheses; {_help()}")
         if name not in self.names:
-            known = (*self.names, *own, *self.scope.laws)
+            laws = self.scope.laws
+            of = [law for law, parameters in laws.items() if name in parameters]
+            known = (*self.names, *own, *laws)
             near = get_close_matches(name, known, 1)
             advice = f'write "{near[0]}"' if near else "give it a value in [let], or ask for a quantity of it"
+            if of and not near:
+                advice = (
+                    f"it is a parameter of the law {' and '.join(of)}, and stands in its value alone: write that with"
+                )
+                advice += " it there, or a [[law]] with one of its own"
             told = "" if self.scope.own is None else f"its parameters are {', '.join(own) or 'none'}; "
+            told += f"the laws are {_listed([*laws])}; " if laws and self.scope.own is None else ""
             raise ExpressionError(f"{name} is not known here; {told}{_help()}; {advice}")
         value = self.names[name]
         if value is None:
@@ -265,7 +341,19 @@ class _Reader:
 
     def _unknown(self, name: str) -> str:
         """What to say of a function that is not known."""
-        if self.scope.loads and name in FORCES:
+        if name in self.scope.laws:
+            return f"{name} is a law, which is not called; write {name} alone"
+        if not self.scope.loads and name in (*FORCES, *TOLD):
+            return (
+                f"{name}(...) follows from the accelerations, which events do not know; write positions and rates, or "
+                "let a joint go at a force by a [[release]]"
+            )
+        if not self.scope.loads and name in JUMPS:
+            return (
+                f"{name}(...) jumps, and events come where something passes zero without a jump; write what stands in "
+                "it alone, less the number at which it jumps"
+            )
+        if self.scope.loads and name in (*FORCES, *TOLD):
             return (
                 f"{name}(...) follows from the accelerations, and these from all loads, so that the load would hang on "
                 "itself; write positions and rates, or the law of that force"
@@ -358,7 +446,7 @@ class _Reader:
         every = (*self.mechanism.joints, *self.mechanism.open)
         return {joint.name: joint for joint in every if joint.name not in self.mechanism.hidden_joints}
 
-    def _exponent(self, node: ast.expr, depth: int) -> ast.expr:
+    def _exponent(self, base: ast.expr, node: ast.expr, depth: int) -> ast.expr:
         own = _Reader(self.scope)
         tree = own.read(node, depth)
         try:
@@ -366,8 +454,13 @@ class _Reader:
         except (ArithmeticError, ValueError):
             value = math.nan
         if not value.is_integer() or abs(value) > HIGHEST:
-            raise ExpressionError(f"exponents are whole numbers up to {HIGHEST}; write sqrt(...) or exp(...)")
+            raise ExpressionError(wrong_exponent(base, node, value))
         return tree
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
 
 
 def _points_like(given: str, mechanism: Mechanism) -> list[str]:

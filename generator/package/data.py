@@ -13,7 +13,7 @@ from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..scene.scene import HELD, ON, Scene
-from .parameter_data import data_over_time, parameter_data, resting_data
+from .parameter_data import data_of_state, data_over_time, parameter_data, resting_data
 from .schema import ModelData
 from .start_data import coordinates, start_data
 
@@ -65,6 +65,7 @@ def model_data(
         "folded": bool(equations.folded),
         "rests_on": resting_data(mechanism, topology.implied),
         "over_time": data_over_time(scene.effects),
+        "of_state": data_of_state(scene.effects, [output.name for output in equations.outputs]),
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],

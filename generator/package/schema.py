@@ -52,6 +52,17 @@ class ParameterData(Data):
     domain: DomainData = entry("what it may be set to, as the effect that declares it says")
 
 
+class OfStateData(Data):
+    """A law, or something of a load, that is an expression of time and state."""
+
+    name: str = entry("the law's name, or what the load's number would be called as a parameter")
+    text: str = entry("the expression, as a person reads it")
+    load: bool = entry("whether it is of a load")
+    laws: list[str] = entry("the laws that it names itself")
+    asks: list[str] = entry("what it asks of the state itself, as angle(hip) and rate(slide(rail))")
+    outputs: list[str] = entry("the outputs that tell it, or what the load comes to by it")
+
+
 class LineData(Data):
     """The line of a joint that slides."""
 
@@ -309,6 +320,11 @@ class ModelData(Data):
     )
     over_time: dict[str, str] = entry(
         "what has a value over time where a number would be a parameter, by the path of that, and the value", default={}
+    )
+    of_state: list[OfStateData] = Field(
+        default=[],
+        description="laws and loads that are expressions of the state, laws first, each behind those that it names; "
+        "left out where there are none",
     )
     drives: list[DriveData] = entry("the driven joints", "[drives]")
     inputs: list[str] = entry("names of the inputs", "[inputs]")

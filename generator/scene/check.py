@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -106,6 +107,8 @@ def _advice(fault: ErrorDetails) -> str:
         return str(fault["ctx"]["advice"])
     if isinstance(value, str) and kind == "literal_error" and (meant := MEANT.get(value.lower())):
         return f'write "{meant}"'
+    if isinstance(value, str) and kind == "literal_error" and (meant := _same_letters(value, fault)):
+        return f'write "{meant}"'
     if isinstance(value, str) and kind == "list_type" and "," in value:
         return "write " + str([part.strip() for part in value.split(",")]).replace("'", '"')
     if isinstance(value, list) and kind == "float_type" and value and all(map(_is_number, value)):
@@ -119,6 +122,15 @@ def _advice(fault: ErrorDetails) -> str:
         limit: Any = context.get("min_length", context.get("max_length"))
         return f"write {limit} value{'s' * (limit != 1)}"
     return "correct it"
+
+
+def _same_letters(value: str, fault: ErrorDetails) -> str:
+    """Of the words that may stand there the one that differs from what is written by spaces and signs of products."""
+    options = re.findall(r"'([^']*)'", str(fault.get("ctx", {}).get("expected", "")))
+    return next((one for one in options if _SPACES.sub("", one) == _SPACES.sub("", value)), "")
+
+
+_SPACES = re.compile(r"[\s*·.]+")
 
 
 def _is_number(value: object) -> bool:

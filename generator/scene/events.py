@@ -105,7 +105,8 @@ def check_set(
                     f'found "{key}", expected the path of a parameter; to switch an effect write its name in on or off',
                 )
             elif key not in parameters:
-                near = get_close_matches(key, parameters, 3) or list(parameters)[:3]
+                ends = [] if "." in key else [one for one in parameters if one.endswith(f".{key}")]
+                near = ends[:3] or get_close_matches(key, parameters, 3) or list(parameters)[:3]
                 told = " or ".join(f'"{one}"' for one in near)
                 report.add(place, f'found "{key}", expected the path of a parameter, as {told}; correct it')
             elif key in speeds:

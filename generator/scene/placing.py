@@ -306,7 +306,8 @@ class _Placing:
                 self.report.add((*self.path, "mirror" if self.place.mirror else "angle"), message)
             else:
                 joint = self.joints.get(str(row.table.get("joint", "")))
-                table = self.turning.effect(table, turned, self._sides(joint) if joint else None)
+                seen = [key for key, kind in turned.items() if kind == "vector" and self._is_seen(row.table.get(key))]
+                table = self.turning.effect(table, turned, self._sides(joint) if joint else None, seen)
         return Row(row.key, table, row.written, inside)
 
     def _sides(self, joint: Row) -> Sides:
@@ -320,6 +321,11 @@ class _Placing:
     def _is_own(self, point: object) -> bool:
         """Whether a point is on a link of the part, or a joint of it, as far as it is a name."""
         return not isinstance(point, str) or point.partition(".")[0] in (*self.links, *self.joints)
+
+    def _is_seen(self, vector: Any) -> bool:
+        """Whether a vector has two parts, and in one of them something of the state, or a law of the part."""
+        laws, parts = self.assembly.named("law"), vector if isinstance(vector, list) and len(vector) == 2 else []
+        return any(isinstance(one, str) and bool(asks_state(one, laws)) for one in parts)
 
     def _named(self, name: str) -> str:
         found = f"{name}_{self.place.name}"

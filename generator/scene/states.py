@@ -34,8 +34,9 @@ class Row(NamedTuple):
 def with_laws(names: Names, tables: Mapping[str, Any]) -> Names:
     """The names of numbers, and beside them those of the laws in ``tables``; the same where there are none."""
     given = tables.get(KEY)
-    rows = given if isinstance(given, list) else []
-    laws = [row["name"] for row in rows if isinstance(row, Mapping) and isinstance(row.get("name"), str)]
+    rows = given if isinstance(given, list) else [given]
+    named = [row for row in rows if isinstance(row, Mapping) and isinstance(row.get("name"), str)]
+    laws = {row["name"]: [*own] if isinstance(own := row.get("parameters"), Mapping) else [] for row in named}
     return NamesAndLaws(names, laws) if laws else names
 
 
@@ -85,6 +86,8 @@ def _are_used(row: Row, own: Mapping[str, Collection[str]], report: Report) -> b
     if not isinstance(value, Unread):
         return True
     named, sound = free_in(value.text), True
+    if named is None:
+        return True  # what is wrong with it is told
     for key, name in ((key, name) for key, names in own.items() for name in names):
         if name not in named and not _wrong_name(name):
             message = f"found {name}, which value does not have, expected names that it has; use it there, or remove it"

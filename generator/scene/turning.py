@@ -9,7 +9,7 @@ against the first, becomes σφ + β where the first is outside, σφ - β where
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -89,9 +89,11 @@ class Turning:
             found["angle"] = self._joint_angle(found["angle"], sides)
         return found
 
-    def effect(self, table: Mapping[str, Any], turned: Mapping[str, Turns], sides: Sides | None) -> dict[str, Any]:
+    def effect(
+        self, table: Mapping[str, Any], turned: Mapping[str, Turns], sides: Sides | None, seen: Collection[str] = ()
+    ) -> dict[str, Any]:
         """A table of an effect, by what its registration says of its keys; ``sides`` are those of its joint, if that
-        is the part's."""
+        is the part's, ``seen`` the keys of vectors of the state, which are seen from the part, as the state is."""
         found = dict(table)
         limits = {kind: key for key, kind in turned.items()}
         for key, kind in turned.items():
@@ -101,8 +103,10 @@ class Turning:
                 continue
             value, turns = table[key], sides is None or sides.turns
             if kind == "vector":
-                if self.mirror and table.get("frame") == "link":
-                    found[key] = _mirrored(value)
+                if table.get("frame") == "link":
+                    found[key] = _mirrored(value) if self.mirror else value
+                elif key in seen:
+                    found[key] = self._turned(value)
             elif kind == "moment":
                 found[key] = _in_rows(value, lambda one: times_plus(one, self.sign, 0.0)) if turns else value
             elif sides is not None and sides.has_angle:
@@ -178,9 +182,9 @@ def _number(value: str | int | float) -> float | None:
 
 def _sum(x: Any, a: float, y: Any, b: float) -> Any:
     """ax + by of numbers as scenes write them."""
-    parts = [times_plus(one, factor, 0.0) for one, factor in ((x, a), (y, b)) if factor]
-    if len(parts) == 1:
-        return parts[0]
+    parts = [times_plus(one, factor, 0.0) for one, factor in ((x, a), (y, b)) if factor and one not in (0, "0")]
+    if len(parts) < 2:
+        return parts[0] if parts else 0.0
     if all(isinstance(part, int | float) for part in parts):
         return parts[0] + parts[1]
     return " + ".join(f"({part})" if isinstance(part, str) else repr(part) for part in parts)

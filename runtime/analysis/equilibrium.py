@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..arrays import BoolArray, FloatArray
 from ..model.drives import drive_columns
 from ..model.integrators import refuse_integrals
+from ..model.loads_of_state import loads_of_state
 from ..model.meshes import mesh_forces
 from ..model.model import Model, check_model
 from ..model.numbers import read_name, read_numbers, told
@@ -21,7 +22,7 @@ from .contacts import DEEPEST, Hold, inside
 from .static_search import follows, rest_from, smallest
 from .statics import Statics
 
-Stability = Literal["stable", "unstable", "indifferent"]
+Stability = Literal["stable", "unstable", "indifferent", "undetermined"]
 
 FLUTTER = 1e-4
 """Of the squares of frequencies, the part that is taken as zero: where two meet they are known to the root of the 1e-8
@@ -43,6 +44,14 @@ FOLLOWING = (
     "loads that follow the motion have no potential: stiffnesses are those of the symmetric part, and unstable is also "
     "what flutters without damping"
 )
+RATES = (
+    "{} {} on rates, which are zero here: stiffnesses do not tell whether it is stable, the poles of linearise do, "
+    "np.linalg.eigvals(linearise(model, rest.q).A)"
+)
+OPEN = (
+    "{} {} on the state and {} no potential: stiffnesses are those of the symmetric part, and do not tell whether it "
+    "is stable; the poles of linearise do, np.linalg.eigvals(linearise(model, rest.q).A)"
+)
 SHARED = "contact forces are not unique: those of least norm are given, with the range of each"
 
 
@@ -53,7 +62,9 @@ class Equilibrium:
     ``stiffness`` (freedoms,): eigenvalues, rising, of the reduced Hessian of the potential over orthonormal motions
     that keep loops shut, contacts that push closed, and those that friction holds from sliding. All positive: stable.
     One negative: unstable. Otherwise indifferent, or not to be told from the stiffness: so are rest at the very limit
-    of friction, and contacts closed without force that bar motions of negative stiffness.
+    of friction, and contacts closed without force that bar motions of negative stiffness. Where loads are expressions
+    of the state with rates in them, which are zero here, or without a potential, it is undetermined: the poles of
+    :func:`.linearise` tell.
     ``reactions`` (joints, 3): force and moment on each joint's second link. ``residual``: generalized force left
     over, relative to the loads.
 
@@ -153,6 +164,9 @@ def _judge(statics: Statics, q: FloatArray, hold: Hold) -> tuple[Stability, Floa
         stability = "unstable"
     elif np.any(hold.limited):
         stability = "indifferent"
+    of_state = loads_of_state(statics.model)
+    if any(of_state.values()) or (of_state and follows(statics, q, hold)):
+        return "undetermined", values
     if follows(statics, q, hold):
         return _judge_following(statics, q, hold), values
     return stability, values
@@ -198,8 +212,13 @@ def _note(statics: Statics, q: FloatArray, hold: Hold) -> str:
     if np.any(hold.limited):
         names = [f"{point} on {ground}" for point, ground in statics.model.contacts]
         parts.append(LIMIT.format(", ".join(names[k] for k in np.flatnonzero(hold.limited))))
-    if follows(statics, q, hold):
-        parts.append(FOLLOWING)
+    of_state = loads_of_state(statics.model)
+    if rated := [name for name, rates in of_state.items() if rates]:
+        parts.append(RATES.format(" and ".join(rated), "depends" if len(rated) == 1 else "depend"))
+    elif follows(statics, q, hold):
+        one = len(of_state) == 1
+        told = " and ".join(of_state), "depends" if one else "depend", "has" if one else "have"
+        parts.append(OPEN.format(*told) if of_state else FOLLOWING)
     if np.any(hold.ranges[..., 0] != hold.ranges[..., 1]):
         parts.append(SHARED)
     return "; ".join(parts)

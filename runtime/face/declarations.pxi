@@ -53,6 +53,8 @@ cdef extern from *:
         void (*restitution)(const real *k, real *e) noexcept nogil
         void (*friction)(const real *k, real *mu) noexcept nogil
         of_state slips, slip_bias, contact_reactions
+        void (*outputs)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                        real *value) noexcept nogil
         void (*indicate)(const real *k, const real *q, const real *u, real t, const real *scales, real *value, real *rate,
                          real *size) noexcept nogil
         void (*find_event_values)(const real *k, const real *q, const real *u, real t, real *value) noexcept nogil

@@ -319,6 +319,17 @@ cdef class Evaluations:
             turn_to_second_links(self.m, 1, 1, &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
+    def told(self, const real[:, ::1] q, const real[:, ::1] u, t):
+        """What effects tell (b, told) at one time ``t`` or at times (b,), whether or not states have accelerations."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef real[:, ::1] out = empty((b, self.m.told + 1))
+        cdef _Times times = _Times(t, b)
+        cdef real *given
+        for i in range(b if self.m.told else 0):
+            given = self._given(times.at(i), &q[i, 0], &u[i, 0])
+            self.m.outputs(&self.k[0], &q[i, 0], &u[i, 0], times.at(i), given, &out[i, 0])
+        return np.asarray(out)[:, : self.m.told]
+
     def of_q(self, str name, const real[:, ::1] q):
         """A kernel of the configuration alone: closure, closure_jacobian, poses, points or gaps, (b, size)."""
         cdef of_q kernel

@@ -80,7 +80,8 @@ class Compiled:
         self.joint_gates: Mapping[str, str] = {joint: one["gate"] for joint, one in ends.items()}
         self.all_gates = (*self.joint_gates.values(), *self.gates.values())
         own = data["parameters"], dict(values or {}), self._rebuild, folded
-        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}), self.all_gates)
+        loads = {one["name"]: one["laws"] for one in data.get("of_state", ()) if one["load"]}
+        self._parameters = Parameters(*own, data["rests_on"], data.get("over_time", {}), self.all_gates, loads)
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")

@@ -19,7 +19,7 @@ class Parameters(MutableMapping[str, float]):
     Those of a ``folded`` model (its name) but its ``gates`` can be read only: its code holds them as numbers.
     ``rests_on`` are those that must keep their values, each with the joint that the equations leave out because it fits
     others with them; ``over_time`` are the paths of what the scene gives over time, so that it is none of them, and as
-    what.
+    what; ``by_laws`` are those of loads that are expressions of the state, each with the laws that it names.
     """
 
     def __init__(
@@ -31,6 +31,7 @@ class Parameters(MutableMapping[str, float]):
         rests_on: Mapping[str, str] | None = None,
         over_time: Mapping[str, str] | None = None,
         gates: Collection[str] = (),
+        by_laws: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         self._values: dict[str, float] = {one["path"]: one["value"] for one in declared} | dict(values)
         self._domains = {one["path"]: one["domain"] for one in declared}
@@ -39,6 +40,7 @@ class Parameters(MutableMapping[str, float]):
         self._rests_on = dict(rests_on or {})
         self._over_time = dict(over_time or {})
         self._gates = frozenset(gates)
+        self._by_laws = dict(by_laws or {})
 
     def __getitem__(self, name: str) -> float:
         self._known(name)
@@ -97,6 +99,11 @@ class Parameters(MutableMapping[str, float]):
         return checked
 
     def _known(self, name: str) -> None:
+        if name in self._by_laws:
+            raise UnknownName(
+                f"{name}: found a load that the scene gives by the state, expected a parameter; "
+                f"{self._instead(self._by_laws[name])}"
+            )
         if name in self._over_time:
             raise UnknownName(
                 f"{name}: found a value that the scene gives over time ({self._over_time[name]}), expected a "
@@ -110,6 +117,13 @@ class Parameters(MutableMapping[str, float]):
                 else f"{name}: found no such parameter, expected none: the model has no parameters"
             )
 
+    def _instead(self, laws: Sequence[str]) -> str:
+        """What to set where a load is an expression of the state that names these laws."""
+        own = [path for path in self._values if path.rpartition(".")[0] in laws]
+        if own:
+            return f"set what its law has, as {', '.join(own[:3])}"
+        return "give it a [[law]] with parameters in the scene, and set those"
+
     def _near(self, name: str) -> list[str]:
         """Up to three names that may be meant, of what is given over time too, which is said: of a length the
         coordinates of that link's points, which make it."""
@@ -119,6 +133,8 @@ class Parameters(MutableMapping[str, float]):
         points = [one for one in self._values if one.startswith(f"{owner}.points.") and self._values[one] != 0.0]
         if word == "length" and points:
             return points[:3]
+        if not owner and (ends := [one for one in self._values if one.endswith(f".{word}")]):
+            return ends[:3]
         near = get_close_matches(name, (*self._values, *self._over_time), n=3) or list(self._values)[:3]
         return [f"{one} (given over time)" if one in self._over_time else one for one in near]
 

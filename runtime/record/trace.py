@@ -22,10 +22,11 @@ STAGE, REFUSAL, KINK = range(3)
 
 @dataclass(frozen=True)
 class Traced:
-    """At ``t`` (s) the run did what ``what`` says."""
+    """At ``t`` (s) the run did what ``what`` says; ``refused``: it refused a step."""
 
     t: float
     what: str
+    refused: bool = False
 
     def __str__(self) -> str:
         return f"t = {self.t:.12g} s: {self.what}"
@@ -34,7 +35,8 @@ class Traced:
 def trace_of(model: Drawable, numbers: FloatArray, words: NDArray[np.int32]) -> tuple[Traced, ...]:
     """The lines of what the core has kept: (n, 3) times, lengths of steps and errors, (n, 6) whole numbers."""
     return tuple(
-        Traced(one[0].item(), _what(model, one, *row)) for one, row in zip(numbers, words.tolist(), strict=True)
+        Traced(one[0].item(), _what(model, one, *row), row[0] == REFUSAL)
+        for one, row in zip(numbers, words.tolist(), strict=True)
     )
 
 

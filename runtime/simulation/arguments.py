@@ -20,6 +20,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers, told
 from ..model.time_scales import ends_of_pieces
 from ..model.tolerances import start_miss
+from .without_value import check_values
 
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
@@ -252,6 +253,7 @@ def checked_start(
     if driven:
         q, u = _put_right(model, q, u)
     _check_outside(model, q, begin)
+    check_values(model, q, u, begin)
     return q, u
 
 

@@ -133,9 +133,11 @@ def told_of(model: Model, found: Mapping[str, Any], answers: Sequence[Answered])
                     q = project(then, q, struck[-1].u_plus)[0] if change.gap else q
             now, values = then, after
         begins.append(Begin(now, scales, row, impact, mode, got, tuple(struck)))
+    unset = found["t"][-1] if len(found["changes"]) > len(found["origins"]) else np.nan  # when nothing could be set
     for k, answer in answered.items():
-        if answer.values and k not in done:
-            done[k] = _done(events[k], (), answer, (now, now), 0.0)
+        if answer.values and k not in done and events[k].t != unset:  # what was in force already
+            there = [one.model for one in begins if found["t"][one.row] < events[k].t or one.row == 0][-1]
+            done[k] = _done(events[k], (), answer, (there, there), 0.0)
     every = [done.get(k, event) for k, event in events.items()]
     last = [event for k, event in events.items() if event.t == found["t"][-1] and _ends(model, event, answered.get(k))]
     ends = [*dict.fromkeys(event.name for event in last)] if found["ended"] else []

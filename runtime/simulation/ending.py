@@ -10,6 +10,7 @@ from ..model.model import Model
 from ..model.tolerances import largest_angle
 from ..model.ways_on import ways_on
 from .arguments import RATE_BUDGET, STEP_BUDGET
+from .without_value import without_value
 
 
 def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -> str:
@@ -57,6 +58,8 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "no_memory": "memory ran out; record less by ending earlier",
     }
     reason = reasons[outcome]
+    if outcome in ("not_finite", "step_too_small"):
+        reason = without_value(model, found) or reason
     if outcome in ("repeats", "jammed", "gained") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
         reason = (
             f"{hit[0]} is driven into {hit[1]} by {', '.join(driven)}, whose prescribed motion no impact can change; "

@@ -62,8 +62,13 @@ def _not_settable(
     before = np.cumsum([0, *(len(one["set"]) + len({*one["on"], *one["off"]}) for one in said)])
     q, u = np.ascontiguousarray(found["q"][-1]), np.ascontiguousarray(found["u"][-1])
     values = model.kernels.event_values(found["t"][-1], q, u)
-    for change in tried:
-        one = said[change.indicator]
+    by = tried[-1].indicator
+    for change, behind in zip(tried, found["values"][-len(tried) :], strict=True):
+        if change.gate >= 0:  # a joint beside it
+            gate = [*model.settable][change.gate]
+            model = model.with_parameters({gate: float(behind[change.gate])})
+            continue
+        by, one = change.indicator, said[change.indicator]
         own = values[before[change.indicator] :][: len(one["set"])]
         asked = {path: float(value) for path, value in zip(one["set"], own, strict=True)}
         try:
@@ -71,7 +76,7 @@ def _not_settable(
             model = model.with_parameters(asked)
         except (ValueError, UnknownName) as error:
             return f"{one['name']}: {_in_a_line(error)}"
-    return f"{said[tried[-1].indicator]['name']}: what it sets leaves equations without numbers; set other values"
+    return f"{said[by]['name']}: what it sets leaves equations without numbers; set other values"
 
 
 def _in_a_line(error: Exception | None) -> str:

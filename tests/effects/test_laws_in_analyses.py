@@ -15,6 +15,7 @@ from ccgen.runtime import (
     find_orbit,
     follow,
     inverse_dynamics,
+    linearise,
     simulate,
     static_equilibrium,
 )
@@ -22,7 +23,7 @@ from ccgen.runtime import (
 from ..support.c_library import Library
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
-from .test_laws import MASS, PD, PENDULUM
+from .test_laws import ARM, MASS, PD, PENDULUM
 
 CLIPPED = PD.replace('torque = "lift"', 'torque = "clip(lift, -4, 4)"')
 INERTIA, WEIGHT = 1.2 * 0.8**2 / 3, 1.2 * 9.81 * 0.4
@@ -42,6 +43,31 @@ def test_an_equilibrium_is_that_of_the_law(workshop: Workshop) -> None:
     found = static_equilibrium(workshop.model(PENDULUM + PD))
     angle = brentq(lambda x: lift(x, 0.0) - WEIGHT * math.cos(x), -1.0, 1.0, xtol=1e-15)
     assert found.q[0] == pytest.approx(angle, abs=1e-10)
+
+
+def test_an_equilibrium_under_rates_is_not_called_stable(workshop: Workshop) -> None:
+    """x'' = -x + c x' grows for c > 0 with a stiffness of 1: the poles tell, and stiffnesses alone do where no load of
+    the state has a rate."""
+    law = '[[law]]\nname = "pull"\nvalue = "c*rate(guide) - slide(guide)"\nparameters = { c = 0.3 }\n'
+    motor = '[[motor]]\njoint = "guide"\nforce = "pull"\n'
+    model = workshop.model(MASS + law + motor, derivatives=True)
+    found = static_equilibrium(model)
+    assert found.stability == "undetermined" and found.stiffness == pytest.approx([1.0], rel=1e-7)
+    assert found.note.startswith("motor_0.force depends on rates, which are zero here: stiffnesses do not tell")
+    assert np.linalg.eigvals(linearise(model, found.q).A).real == pytest.approx([0.15, 0.15], rel=1e-9)
+    rated = static_equilibrium(workshop.model(MASS + law.replace("c*rate(guide)", "c*t") + motor))
+    assert rated.stability == "stable" and rated.note == ""
+
+
+def test_an_equilibrium_under_a_load_without_potential_is_not_called_stable(workshop: Workshop) -> None:
+    """Torques that each follow the other joint's angle: K is not symmetric."""
+    text = ARM + '[[torsion]]\njoint = "hip"\nstiffness = 40\n[[torsion]]\njoint = "knee"\nstiffness = 40\n'
+    text += '[[motor]]\njoint = "knee"\ntorque = "9*angle(hip)"\n'
+    found = static_equilibrium(workshop.model(text))
+    assert found.stability == "undetermined" and "depends on the state and has no potential" in found.note
+    without = text.replace("[start]", '[start]\noff = ["motor_0"]') + '[[event]]\nwhen = "t - 1"\non = ["motor_0"]\n'
+    off = static_equilibrium(workshop.model(without))
+    assert off.stability == "stable" and off.note == ""
 
 
 def test_torques_are_what_the_law_leaves(workshop: Workshop) -> None:

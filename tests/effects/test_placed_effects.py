@@ -149,6 +149,11 @@ CASES = {
         [[part.motor]]\njoint = "elbow"\ntorque = "-distance(base, fore.T)*rate(elbow) - 0.5*sin(direction(fore))"
         [[part.torque]]\nlink = "fore"\ntorque = "0.5*y(upper.S)*angle(elbow) + abs(drawn)*0.2"
         [[part.force]]\npoint = "fore.T"\nvector = ["-3*x(fore.T)", "vx(fore.T)"]\nframe = "link"\n""",
+    "vectors": """
+        [[part.law]]\nname = "drawn"\nvalue = "k*x(fore.T)*vy(fore.T) - abs(y(upper.S))"\nparameters = { k = 1.5 }
+        [[part.force]]\npoint = "fore.T"\nvector = ["2*x(fore.T) + drawn", "-3*angle(elbow)*vx(fore.T)"]
+        [[part.force]]\npoint = "upper.S"\nvector = [0, "drawn"]
+        [[part.force]]\npoint = "upper.S"\nvector = ["-min(x(upper.S), 0.3)", "2 N"]\n""",
     "drive": '[[part.drive]]\njoint = "shoulder"\nangle = "0.3*sin(4*t) - 0.8"\n',
     "speed": '[[part.drive]]\njoint = "elbow"\nspeed = "0.5 + t"\n',
     "loads": """
@@ -190,7 +195,7 @@ CASES = {
     "drawn": RAILS.replace("[[part.link]]", "[part.start.slides]\nrail = 0.2\n[[part.link]]"),
 }
 """What is added to the part, by name."""
-UNMOVED = ("torsion", "laws", "stop", "motor", "drive", "loads", "guide", "slot", "pushed", "meshes")
+UNMOVED = ("torsion", "laws", "vectors", "stop", "motor", "drive", "loads", "guide", "slot", "pushed", "meshes")
 """Those that are tried without gravity too."""
 SYMMETRIC = 1e-8
 """m: runs of this tolerance agree to less, whichever way their steps go."""
@@ -223,7 +228,8 @@ def placed(place: str) -> str:
 @pytest.mark.sample(3)
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
 @pytest.mark.parametrize(
-    "case", all_hard_but("torsion", "stop", "motor", "laws", "loads", "slot", "rope", "meshes", "cam", of=CASES)
+    "case",
+    all_hard_but("torsion", "stop", "motor", "laws", "vectors", "loads", "slot", "rope", "meshes", "cam", of=CASES),
 )
 def test_mirrored_parts_move_as_their_mirror_images(case: str, arm: str, workshop: Workshop) -> None:
     """Under gravity, beside each other in one model."""
@@ -236,7 +242,7 @@ def test_mirrored_parts_move_as_their_mirror_images(case: str, arm: str, worksho
 
 @pytest.mark.sample(2)
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
-@pytest.mark.parametrize("case", all_hard_but("torsion", "guide", "laws", of=[*UNMOVED]))
+@pytest.mark.parametrize("case", all_hard_but("torsion", "guide", "laws", "vectors", of=[*UNMOVED]))
 def test_turned_parts_move_as_turned(case: str, arm: str, workshop: Workshop) -> None:
     """Without gravity, which does not turn with them: by 50 degrees, mirrored and not, and moved where they can be."""
     turn = np.exp(1j * np.radians(50.0))
@@ -299,3 +305,26 @@ def test_a_cam_beside_the_part_is_not_turned(workshop: Workshop) -> None:
     for change in ("mirror = true", 'angle = "90 deg"'):
         with pytest.raises(SceneError, match="found the centre of a cam on a link that is not the part's"):
             workshop.scene(ARM + cam + placed(f'name = "a"\n{change}'))
+
+
+def test_vectors_of_the_state_are_seen_from_the_part(workshop: Workshop) -> None:
+    """Mirrored and turned as wholes, to rounding; those of numbers and of the time stay, as they are given in fixed
+    axes."""
+    places = ('name = "a"', 'name = "b"\nmirror = true', 'name = "c"\nangle = "50 deg"')
+    model = workshop.model(workshop.scene(ARM + CASES["vectors"] + "".join(map(placed, places))))
+    q, u = model.start()
+    found = model.acceleration(q, u)
+    own, mirrored, turned = (
+        np.array([found[model.q_of.index(f"{link}_{name}.angle")] for link in ("upper", "fore")]) for name in "abc"
+    )
+    assert np.abs(own).min() > 0.1
+    assert mirrored == pytest.approx(-own, rel=1e-13)
+    assert turned == pytest.approx(own, rel=1e-13)
+
+
+def test_vectors_over_time_stay(workshop: Workshop) -> None:
+    text = ARM + '[[part.force]]\npoint = "upper.S"\nvector = [2, "3*sin(t)"]\n'
+    scene = workshop.scene(text + placed('name = "a"') + placed('name = "b"\nmirror = true\nangle = 0.3'))
+    one, other = scene.effects
+    assert [part.shown for part in (one.vector[1], other.vector[1])] == ["3 * sin(t)"] * 2
+    assert one.vector[0].value == other.vector[0].value == 2.0

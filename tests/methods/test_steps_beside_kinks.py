@@ -116,3 +116,34 @@ def test_a_load_that_begins_as_a_root_is_seen(load: float, rtol: float, workshop
     at = np.linspace(0.1, 2.9, 29)
     wanted = [next(sol(t)[0] for begin, end, sol in parts if begin <= t <= end) for t in at]
     assert np.max(np.abs(np.array([run.at(t)[0][0] for t in at]) - wanted)) <= 10.0 * rtol
+
+
+ROTOR = """
+name = "rotor"
+[ground_link]
+points = {{ O = [0, 0] }}
+[[link]]
+name = "rod"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = {{ A = [0, 0] }}
+[[joint]]
+name = "pin"
+between = ["ground.O", "rod.A"]
+[start]
+angles = {{ rod = 0 }}
+[[torque]]
+link = "rod"
+torque = "max(0, sin({turns}*2*pi*t) - 0.5 + 0*angle(pin))"
+[run]
+until = 16
+"""
+
+
+@pytest.mark.parametrize("turns", [4, 8])
+def test_pulses_in_step_with_the_steps_are_seen(turns: int, workshop: Workshop) -> None:
+    """Pulses that come back in each eighth of a step, in the same phase: the rotor has their sum, as an integral."""
+    run = simulate(workshop.model(ROTOR.format(turns=turns)), step=1.0)
+    mean = (np.sqrt(3.0) - np.pi / 3.0) / (2.0 * np.pi)
+    assert run.u[-1][0] == pytest.approx(16.0 * mean, rel=1e-6)

@@ -86,6 +86,10 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "caught": (CAUGHT, {}),
     "caught and told": (CAUGHT + '[[event]]\nname = "low"\nwhen = "rate(y(hook.C))"\n', {}),
     "caught and set": (CAUGHT + SET, {}),
+    "caught above a floor": (
+        CAUGHT + SET + '[[ground]]\npoint = [0, -50]\nrestitution = 0.5\ncontacts = ["rod.A", "rod.B", "hook.C"]\n',
+        {},
+    ),
     "braked and told": (BRAKED + LOW, {}),
     "by steps": (BALL, {"method": "moreau", "step": 4e-3}),
     "by steps and told": (
@@ -253,7 +257,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(name: str, until: float, wor
         assert [one.t for one in first.events + second.events] == [one.t for one in whole.events]
 
 
-@pytest.mark.parametrize("name", ["set", "caught and set"])
+@pytest.mark.parametrize("name", ["set", "caught and set", "caught above a floor"])
 def test_ctrl_c_in_a_function_of_an_event_ends_the_run_before_it(name: str, workshop: Workshop) -> None:
     """The event has not come: who goes on from what is kept comes to it again."""
     model = workshop.model(SCENES[name][0])

@@ -14,6 +14,7 @@ from ccgen.runtime import ensemble, simulate
 from ..support.c_library import Crossing, Library
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
+from .test_interrupted_anywhere import CAUGHT, SET
 from .test_release_and_hold import CHAIN, COUPLING, HOOK, TREBUCHET
 
 ACT, CROSSES = 3, 4
@@ -235,3 +236,52 @@ def test_changes_of_joints_are_told(library: Library, workshop: Workshop) -> Non
     assert [one.energy for one in changes] == pytest.approx([one.energy for one in run.changes], abs=1e-14)
     outcome, told_only = library.create(model, events=1)
     assert outcome == "done" and told_only.reset(*model.start()) == "done" and told_only.changes()[0] == "bad_settings"
+
+
+@pytest.mark.parametrize("forgets", [False, True])
+@pytest.mark.parametrize(
+    "floor", ["", '[[ground]]\npoint = [0, -50]\nrestitution = 0.5\ncontacts = ["rod.A", "rod.B", "hook.C"]\n']
+)
+def test_a_program_that_breaks_off_behind_a_change_goes_on_as_if_it_had_not(
+    floor: str, forgets: bool, library: Library, workshop: Workshop
+) -> None:
+    """A hold makes an angle jump over what an event watches, at the same instant: what was told before stays."""
+    model = workshop.model(CAUGHT + SET + floor)
+    call = ctypes.CFUNCTYPE(
+        ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(Crossing), *[ctypes.POINTER(ctypes.c_double)] * 3
+    )
+
+    def met(breaks_off: bool) -> tuple[list[tuple[float, int, int]], Any]:
+        asked, found = 0, []
+
+        def on_event(_: object, event: Any, q: Any, u: Any, parameters: Any) -> int:
+            nonlocal asked
+            asked += 1
+            return -1 if breaks_off and asked == 3 else GO_ON
+
+        function = call(on_event)
+        made = begun(library, model, on_event=ctypes.cast(function, ctypes.c_void_p))
+        while made.motion()[0] < 6.0:
+            outcome, event = made.step_to_event(6.0)
+            if outcome == "interrupted":
+                assert (event.kind, event.indicator, event.t) == (0, -1, made.motion()[0])
+                continue
+            assert outcome == "done"
+            found.append((event.t, event.kind, event.indicator))
+            assert made.motion()[0] >= max(t for t, _, _ in found)
+            if forgets and event.t == 2.2:
+                assert made.forget() == "done"
+        return found, made
+
+    (whole, made), (again, other) = met(False), met(True)
+    assert [t for t, *_ in whole].count(2.2) == 2  # the hold and the event
+    assert again == whole and other.parameters() == made.parameters()
+    assert other.motion()[1] == pytest.approx(made.motion()[1], abs=1e-12)
+    assert np.all(np.diff(other.rows()[0]) >= 0.0) and other.rows()[0][0] == made.rows()[0][0]
+
+
+def test_a_function_that_is_never_asked_is_refused(library: Library, workshop: Workshop) -> None:
+    model = workshop.model(CAUGHT + SET)
+    function = ctypes.CFUNCTYPE(ctypes.c_int)(lambda: 0)
+    for events, outcome in ((0, "bad_settings"), (1, "bad_settings"), (2, "bad_settings"), (ACT, "done")):
+        assert library.create(model, events=events, on_event=ctypes.cast(function, ctypes.c_void_p))[0] == outcome

@@ -35,7 +35,7 @@ def test_each_event_is_told_with_its_contact(workshop: Workshop) -> None:
     run = simulate(workshop.model(BALL), until=1.2)
     assert len(run.trace) < 512 and len(run.impacts) > 2
     assert lines(run, "event: ball.P on ground_0 closes") == [impact.t for impact in run.impacts]
-    assert run.trace[0].what.startswith("start -> ") and run.trace[-1].what.endswith("-> end")
+    assert run.trace[0].what.startswith("start -> ")
     assert all(one.t <= other.t for one, other in pairwise(run.trace))
 
 
@@ -46,7 +46,8 @@ def test_each_refused_step_is_told_with_its_reason(workshop: Workshop) -> None:
         q, u = model.start()
         found = model.kernels.simulate(q, u, "dop853", 3.0, 1e-10, 1e-10, 0.0, 10**7, 10**7, None)
         run = simulate(model, until=3.0, rtol=1e-10, method="dop853")
-        told = [one for one in run.trace if "is refused" in one.what]
+        told = [one for one in run.trace if one.refused]
+        assert all("is refused: " in one.what for one in told)
         assert len(run.trace) < 512 and len(told) == found["rejected"]
         errors = [float(one.what.split("its error is ")[1].split(" ")[0]) for one in told if "its error is" in one.what]
         assert all(error > 1.0 for error in errors)
@@ -65,7 +66,7 @@ def test_the_last_lines_are_kept_of_a_long_run(workshop: Workshop) -> None:
     run = simulate(workshop.model(BALL.replace("restitution = 0.5", "restitution = 1")), until=200.0)
     met = lines(run, "closes")
     assert len(run.impacts) > 200 and len(run.trace) == 512
-    assert met == [impact.t for impact in run.impacts][-len(met) :] and run.trace[-1].t == run.t[-1]
+    assert met == [impact.t for impact in run.impacts][-len(met) :]
 
 
 def test_what_was_taken_back_is_not_told(workshop: Workshop) -> None:
@@ -73,6 +74,7 @@ def test_what_was_taken_back_is_not_told(workshop: Workshop) -> None:
     text = PENDULUM + '[[event]]\nwhen = "angle(pin) + pi/2"\nset = { "gravity.g" = "9.81 + 0.1*t" }\n'
     run = simulate(workshop.model(text), until=20.0)
     assert len(run.events) > 10 and all(one.t <= other.t for one, other in pairwise(run.trace))
+    assert not any("end" in one.what for one in run.trace)  # where it halts nothing happens
     assert run.stretches[0].trace == run.stretches[-1].trace  # of the whole run
 
 

@@ -15,7 +15,7 @@ from ccgen.generator import SceneError
 from ccgen.runtime import Event, HybridState, ensemble, simulate
 
 from ..support.workshop import Workshop
-from .test_release_and_hold import TREBUCHET
+from .test_release_and_hold import HOOK, TREBUCHET
 
 G = 9.81
 PENDULUM = """
@@ -490,3 +490,32 @@ def test_a_run_that_its_scene_ends_ends_whatever_a_function_answers(workshop: Wo
     run = simulate(model, on_event={"now": lambda event: {"gravity.g": 5.0}})
     assert run.t[-1] == 1.0 and "ended at t = 1 s by now" in run.message and run.state is not None
     assert run.state.parameters["gravity.g"] == 5.0
+
+
+def test_an_instant_that_cannot_be_set_is_blamed_on_the_event_that_cannot(workshop: Workshop) -> None:
+    """Beside a joint that a function has take hold, and an event of the same kind that has not come."""
+    text = HOOK.format(more="at = 5", height=-1.5).replace("until = 1", "until = 2")
+    at_once = '[[event]]\nname = "{0}"\nwhen = "t - {1}"\nset = {{ "rod.mass" = "{2}" }}\n'
+    told = '[[event]]\nname = "a"\nwhen = "t - 0.5"\n'
+    for last in ("t - 1", "3"):
+        events = told + at_once.format("b", 0.5, "t - 1") + at_once.format("z", 100, last)
+        model = workshop.model(text.replace("[[hold]]", events + "[[hold]]"))
+        run = simulate(model, on_event={"a": lambda event: {"grip.held": 1}})
+        assert run.message == "stopped at t = 0.5 s by b: rod.mass: found -0.5, expected a positive number"
+        assert [(event.name, dict(event.parameters)) for event in run.events] == [("a", {}), ("b", {})]
+        assert run.t[-1] == 0.5 and not run.changes and run.model_at(0.5).parameters["grip.held"] == 0.0
+
+
+def test_an_answer_that_is_in_force_already_stays(workshop: Workshop) -> None:
+    events = '[[event]]\nname = "a"\nwhen = "t - 0.5"\n[[event]]\nname = "b"\nwhen = "t - 1"\n'
+    answers = {"a": lambda event: {"gravity.g": 9.81}, "b": lambda event: {"gravity.g": 20.0}}
+    run = simulate(workshop.model(PENDULUM + events), until=2.0, on_event=answers)
+    assert [event.done for event in run.events] == [("gravity.g stays 9.81",), ("gravity.g from 9.81 to 20",)]
+    assert len(run.stretches) == 2
+
+
+def test_wide_numbers_that_events_set_are_those_that_are_told(workshop: Workshop) -> None:
+    """Expressions that no double has: the energy is accounted for to the digits of wide numbers."""
+    text = PENDULUM + '[[event]]\nwhen = "t - 0.5"\nset = { "gravity.g" = "10/3 + t/7" }\n'
+    run = simulate(workshop.model(text, "wide"), until=2.0, rtol=1e-17)
+    assert run.success and run.energy_drift < 3e-17

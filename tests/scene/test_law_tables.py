@@ -9,6 +9,7 @@ from ccgen.generator.documents.show import show_text
 from ccgen.generator.pipeline import listing
 from ccgen.generator.scene import load_scene
 from ccgen.generator.scene.states import DEEPEST
+from ccgen.runtime import simulate
 
 from ..support.workshop import Workshop
 
@@ -169,6 +170,62 @@ WRONG: dict[str, tuple[str, str, str]] = {
         'found "periodic", expected what it does before the first row and after the last, "rest" (stay) or "straight"',
     ),
     "a curve that a load has": (load("gas(angle(hip))"), "motor[0].torque", "gas(...) is not known here"),
+    "a law with a slip": (NAMED + load("2*lfit"), "motor[0].torque", "the laws are lift; the quantities are t"),
+    "a law with a slip, meant": (NAMED + load("lfit"), "motor[0].torque", 'write "lift"'),
+    "a law that is called": (
+        NAMED + load("lift(hip)"),
+        "motor[0].torque",
+        "lift is a law, which is not called; write l",
+    ),
+    "a law that stays": (
+        NAMED + '[[torsion]]\njoint = "hip"\nstiffness = "2*lift"\n',
+        "torsion[0].stiffness",
+        "lift is a law, which changes with the state, and this is a number that stays; laws stand in loads",
+    ),
+    "an angle behind a link": (
+        load("3*rod.angle"),
+        "motor[0].torque",
+        "rod.angle is no arithmetic; write direction(rod)",
+    ),
+    "an angle behind a joint": (law("t*hip.angle"), "law[0].value", "write angle(hip)"),
+    "a rate behind a joint": (law("t*hip.angular_velocity"), "law[0].value", "write rate(hip)"),
+    "a rate behind a link": (law("t*rod.omega"), "law[0].value", "write rate(direction(rod))"),
+    "a length behind a joint": (law("t*rail.slide"), "law[0].value", "write slide(rail)"),
+    "a rate of a length behind a joint": (law("t*rail.slide_rate"), "law[0].value", "write rate(slide(rail))"),
+    "a point alone": (law("t*rod.B"), "law[0].value", "write x(rod.B) or y(rod.B)"),
+    "a coordinate behind a point": (law("t*rod.B.x"), "law[0].value", "write x(rod.B)"),
+    "a parameter of another law": (
+        NAMED + load("2*kp*angle(hip)"),
+        "motor[0].torque",
+        "it is a parameter of the law lift, and stands in its value alone",
+    ),
+    "a parameter of a law behind it": (
+        NAMED + load("2*lift.kp"),
+        "motor[0].torque",
+        "kp is a parameter of the law lift",
+    ),
+    "a power that is broken": (
+        law("p*angle(hip)**1.3", "p = 2"),
+        "law[0].value",
+        "exponents are whole numbers up to 64; write exp(1.3 * log(angle(hip))) for this power of what is positive",
+    ),
+    "a unit without its space": (law("t", more='unit = "Nm"\n'), "law[0].unit", 'write "N m"'),
+    "a value that cannot be read": (
+        law("kp*(angle(hip)", "kp = 2"),
+        "law[0].value",
+        "it cannot be read, with 2 ( and 1 )",
+    ),
+    "an event that jumps": ('[[event]]\nwhen = "sign(rate(hip))"\n', "event[0].when", "write what stands in it alone"),
+    "an event of a force": (
+        '[[event]]\nwhen = "fx(hip) - 3"\n',
+        "event[0].when",
+        "fx(...) follows from the accelerations, which events do not know; write positions and rates",
+    ),
+    "a parameter that an event sets without its law": (
+        NAMED + '[[event]]\nwhen = "t - 1"\nset = { kp = 2 }\n',
+        "event[0].set.kp",
+        'expected the path of a parameter, as "lift.kp"',
+    ),
     "an event of a law that is not there": (
         '[[event]]\nwhen = "lift - 1"\n',
         "event[0].when",
@@ -190,6 +247,26 @@ def test_what_is_wrong_is_told_in_a_sentence(case: str, workshop: Workshop) -> N
     found = {fault.key: fault.message for fault in caught.value.faults}
     assert told in found[key], found
     assert len(found) == 1, found
+
+
+def test_a_law_as_a_plain_table_is_known(workshop: Workshop) -> None:
+    """What is wrong with the table is not followed by that nobody knows the law."""
+    with pytest.raises(SceneError) as caught:
+        workshop.scene(SCENE + NAMED.replace("[[law]]", "[law]") + load("lift"))
+    assert [fault.key for fault in caught.value.faults] == ["law"]
+
+
+def test_what_may_be_set_in_place_of_a_load_is_told(workshop: Workshop) -> None:
+    model = workshop.model(SCENE + NAMED + load("2*lift") + load("-3*angle(hip)"))
+    for path, told in {
+        "motor_0.torque": "found a load that the scene gives by the state, expected a parameter; set what its law has, "
+        "as lift.kp",
+        "motor_1.torque": "give it a [[law]] with parameters in the scene, and set those",
+        "kp": "found no such parameter, expected one of the model, as lift.kp; correct the name",
+    }.items():
+        with pytest.raises(KeyError) as caught:
+            simulate(model, params={path: 1.0})
+        assert told in str(caught.value)
 
 
 def test_all_faults_are_told_at_once(workshop: Workshop) -> None:

@@ -598,7 +598,9 @@ enum outcome run_stage(struct automaton *a, struct phase *f)
 {
     const enum stage from = a->stage;
     const enum outcome outcome = run_one(a, f);
-    if (a->stage != from || outcome) {
+    const int pauses = (from == MOVE && a->stage == END) || (from == END && a->stage == MOVE);
+    if ((a->stage != from && !pauses) ||
+        outcome) { /* of where a call of its program ends and the next begins nothing is told */
         const int fails = outcome || a->stage == STEP;
         const enum outcome why = outcome ? outcome : fails && from != END ? a->failed : OUTCOME_DONE;
         trace(&f->run->trace,

@@ -19,6 +19,20 @@
 
 enum { MOST_ACTS = 10000 /* of a run; more are taken for a parameter that is set to and fro without end */ };
 
+/* What is set has the digits of a double, also in numbers that are wider: so it is the same number wherever it is told. */
+static double nearest_double(double value)
+{
+    int exponent;
+    const double part = frexp(value, &exponent);
+    if (!isfinite(value))
+        return value;
+    double scaled = ldexp(part, 53), whole = (double)(int64_t)scaled; /* towards zero */
+    const double rest = fabs(scaled - whole);
+    if (rest > 0.5 || (rest == 0.5 && (int64_t)scaled % 2))
+        whole += copysign(1.0, scaled);
+    return ldexp(whole, exponent - 53);
+}
+
 static int may_be(enum ccgen_domain domain, double value)
 {
     if (domain == CCGEN_POSITIVE)
@@ -40,7 +54,7 @@ static int set_values_of(struct ccgen_simulation *it, int i)
             continue;
         sets = 1;
         if (to >= 0)
-            it->run.values[to] = value;
+            it->run.values[to] = nearest_double(value);
     }
     return sets;
 }
@@ -55,7 +69,8 @@ static int may_be_set(const struct ccgen_simulation *it, int i)
         if (m->value_of[j] != i)
             continue;
         const double now = to < 0 ? NAN : it->run.values[to];
-        may &= (now != it->event_values[j] && !isnan(now)) || may_be((enum ccgen_domain)m->value_within[j], now);
+        may &= (now != nearest_double(it->event_values[j]) && !isnan(now)) ||
+               may_be((enum ccgen_domain)m->value_within[j], now);
     }
     return may;
 }
@@ -115,7 +130,8 @@ static enum outcome do_event(struct ccgen_simulation *it, const struct ccgen_cro
             values[m->gate_of[i]] = was[m->gate_of[i]];
     for (int i = 0; i < m->parameters; i++)
         mine |= values[i] != was[i];
-    *ends |= answer == CCGEN_END || stops_motion(it, event->indicator);
+    const int stops = stops_motion(it, event->indicator);
+    *ends |= stops || answer == CCGEN_END;
     if (mine || answer == CCGEN_REFUSE) {
         *sets = 1;
         derive_parameters(it);

@@ -92,7 +92,9 @@ int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_
         outcome = act(it, &ends);
         event->impacts = it->run.impacts.count - met.impacts; /* with those of joints that took hold */
     }
-    if (ends)
+    if (outcome == OUTCOME_INTERRUPTED) /* also where the program breaks off what it is asked: before the event */
+        *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, 0, -1};
+    else if (ends && !outcome)
         event->kind = CCGEN_ENDS;
     return outcome;
 }
@@ -123,5 +125,6 @@ int ccgen_forget(struct ccgen_simulation *it)
         return outcome;
     forget_rows_looked_at(it);
     forget_changes(it);
+    it->leg.goes_on = 0; /* what is forgotten is not gone back to */
     return begin_record(it);
 }

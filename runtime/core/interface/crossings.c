@@ -28,6 +28,7 @@ struct seen {
 /* What is known as far as has been looked; a leg of a run that halts, which is undone, puts it back */
 struct known {
     struct seen last;
+    unsigned char *looked; /* [indicators] whether each is looked for */
     unsigned char *below; /* [indicators][2] whether they have been below zero, beyond rounding, times 1 and times -1 */
     long *left;     /* [indicators] how many more of its events come until a run that halts does, -1: it does not; */
     long *came;     /* [indicators] how many of them have, of those that count */
@@ -35,6 +36,8 @@ struct known {
     size_t counted; /* and of those, which count for where a run halts */
     size_t row;     /* the last row that was looked at, */
     size_t impact;  /* and how many impacts were */
+    size_t first,
+        done; /* of a run that has halted, the number of the first that came together with what it halted at; and how many there were then */
     int begun;
 };
 
@@ -43,10 +46,8 @@ struct watch {
     struct between between;
     struct seen next, probe;
     unsigned char *before; /* now.below at the last look */
-    size_t halted;         /* the number in `found` of the event at which a run that halts does, */
-    size_t first, done; /* and of the first that comes together with it; how many there were when the run last halted */
+    size_t halted;         /* the number in `found` of the event at which a run that halts does */
     unsigned char *acts;   /* [indicators] whether each sets something, */
-    unsigned char *looked; /* [indicators] and is looked for */
     double *y;             /* [2 n] a state */
     double *border;        /* [indicators] times at which they begin or end to have values */
     char *state;           /* of the run before such a leg */
@@ -72,6 +73,7 @@ static int take_seen(struct arena *arena, int count, struct seen *one)
 
 static int take_known(struct arena *arena, int count, struct known *one)
 {
+    one->looked = TAKE_ZEROS(arena, unsigned char, count);
     one->below = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
     one->left = TAKE_ZEROS(arena, long, count);
     one->came = TAKE_ZEROS(arena, long, count);
@@ -83,10 +85,12 @@ static void copy_known(size_t indicators, const struct known *from, struct known
 {
     const struct known arrays = *to;
     *to = *from;
+    to->looked = arrays.looked;
     to->below = arrays.below;
     to->left = arrays.left;
     to->came = arrays.came;
     to->last = (struct seen){from->last.t, arrays.last.value, arrays.last.rate, arrays.last.size};
+    memcpy(to->looked, from->looked, indicators);
     memcpy(to->below, from->below, 2 * indicators);
     memcpy(to->left, from->left, indicators * sizeof *to->left);
     memcpy(to->came, from->came, indicators * sizeof *to->came);
@@ -104,7 +108,6 @@ int take_watch(struct ccgen_simulation *it)
         return 1;
     w->before = TAKE_ZEROS(arena, unsigned char, 2 * (size_t)count);
     w->acts = TAKE_ZEROS(arena, unsigned char, count);
-    w->looked = TAKE_ZEROS(arena, unsigned char, count);
     w->y = TAKE(arena, double, 2 * (size_t)it->system.n);
     w->border = TAKE_ZEROS(arena, double, count);
     w->state = TAKE(arena, char, kept_size(&it->phase));
@@ -149,9 +152,9 @@ static void look_for(struct ccgen_simulation *it)
     struct watch *w = it->watch;
     for (int i = 0; i < it->system.model->indicators; i++) {
         const unsigned char looked = (unsigned char)is_looked_for(it, i);
-        if (looked && !w->looked[i])
+        if (looked && !w->now.looked[i])
             w->now.below[2 * i] = (unsigned char)is_of_force(it, i);
-        w->looked[i] = looked;
+        w->now.looked[i] = looked;
     }
 }
 
@@ -162,14 +165,14 @@ void begin_watch(struct ccgen_simulation *it)
         return;
     w->now.begun = 0;
     w->now.row = w->now.count = w->now.counted = w->now.impact = 0;
-    memset(w->looked, 0, it->system.model->indicators);
+    memset(w->now.looked, 0, it->system.model->indicators);
     memset(w->now.below, 0, 2 * (size_t)it->system.model->indicators);
     look_for(it);
     for (int i = 0; i < it->system.model->indicators; i++) {
         w->now.came[i] = 0;
         w->now.left[i] = how_many(it, i);
     }
-    w->first = w->done = 0;
+    w->now.first = w->now.done = 0;
     it->broken_off = it->leg.goes_on = 0;
 }
 
@@ -368,7 +371,7 @@ static enum outcome compare(struct ccgen_simulation *it, int piece)
         for (int k = 0; k < 2 && !outcome; k++) {
             const double sign = k ? -1.0 : 1.0;
             unsigned char *below = &w->now.below[2 * i + k];
-            if (!w->looked[i]) {
+            if (!w->now.looked[i]) {
                 *below = 0;
                 continue;
             }
@@ -602,12 +605,13 @@ void end_at_halt(struct ccgen_simulation *it, double together)
         w->now.count--;
     for (; w->now.counted < w->now.count; w->now.counted++)
         w->now.came[w->found[w->now.counted].indicator]++;
-    for (w->first = w->halted; w->first > w->done && w->found[w->first - 1].t >= halt - together; w->first--)
+    for (w->now.first = w->halted; w->now.first > w->now.done && w->found[w->now.first - 1].t >= halt - together;
+         w->now.first--)
         ;
-    w->done = w->now.count;
+    w->now.done = w->now.count;
     w->now.row = record->count - 1;
     w->now.impact = it->run.impacts.count;
-    for (size_t k = w->first; k < w->now.count; k++) {
+    for (size_t k = w->now.first; k < w->now.count; k++) {
         w->found[k].t = record->t[w->now.row];
         memcpy(w->states + k * width, record->y + w->now.row * (it->system.size + it->system.model->latches),
                width * sizeof *w->states);
@@ -623,8 +627,8 @@ void end_at_halt(struct ccgen_simulation *it, double together)
         const int i = (int)(k / 2);
         w->now.below[k] = (unsigned char)(is_below(&w->now.last, i, k % 2 ? -1.0 : 1.0, 0) || flags[k]);
     }
-    for (size_t k = w->first + 1; k < w->now.count; k++) /* few, and in one state */
-        for (size_t j = k; j > w->first && comes_first(&w->found[j], &w->found[j - 1]); j--) {
+    for (size_t k = w->now.first + 1; k < w->now.count; k++) /* few, and in one state */
+        for (size_t j = k; j > w->now.first && comes_first(&w->found[j], &w->found[j - 1]); j--) {
             const struct ccgen_crossing one = w->found[j];
             w->found[j] = w->found[j - 1];
             w->found[j - 1] = one;
@@ -634,9 +638,9 @@ void end_at_halt(struct ccgen_simulation *it, double together)
 const struct ccgen_crossing *crossings_of_instant(const struct ccgen_simulation *it, size_t *first, size_t *count)
 {
     const struct watch *w = it->watch;
-    *first = w->first;
-    *count = w->now.count - w->first;
-    return w->found + w->first;
+    *first = w->now.first;
+    *count = w->now.count - w->now.first;
+    return w->found + w->now.first;
 }
 
 int stops_motion(struct ccgen_simulation *it, int indicator)

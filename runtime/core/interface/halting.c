@@ -111,7 +111,7 @@ enum outcome go_on_to_crossing(struct ccgen_simulation *it, double until, int to
     met->indicator = -1;
     if (outcome)
         return outcome;
-    if (!it->leg.goes_on)
+    if (!it->leg.goes_on || to_event) /* what a call has told is not gone back before */
         begin_leg(it, met);
     it->leg.goes_on = 0;
     outcome = find_halt(it, &halt);

@@ -181,6 +181,7 @@ static enum outcome make_run(struct run *run, const struct ccgen_settings *setti
         settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
         settings->time, settings->duration};
     int wrong = settings->events < CCGEN_IGNORE || settings->events > CCGEN_ACT;
+    wrong |= settings->on_event && settings->events != CCGEN_ACT;
     wrong |= !ccgen_drift_name(settings->drift) || !ccgen_gain_name(settings->on_gain) || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
@@ -309,11 +310,15 @@ enum outcome begin_anew(struct ccgen_simulation *it)
     if (latches)
         memcpy(it->held, f->latched, latches * sizeof *it->held);
     enum outcome outcome = begin_motion(it);
-    signed char *none =
-        (signed char *)it->leg.state; /* of a leg that is over: one for each contact is less than a state takes */
-    memset(none, OPEN, contacts);
+    const struct mark mark = it->arena.top;
+    signed char *none = TAKE(&it->arena, signed char, contacts); /* is held until it is chosen anew */
+    if (it->arena.ran_out)
+        outcome = OUTCOME_NO_MEMORY;
+    else
+        memset(none, OPEN, contacts);
     if (!outcome && append_modes(&it->run.modes, f->t, contacts, none))
         outcome = OUTCOME_NO_MEMORY;
+    give_back(&it->arena, mark);
     outcome = outcome ? outcome : keep_latches(f, it->held);
     if (!outcome && append_row(&it->run.record, f->t, f->y, it->system.size, f->latched, latches))
         outcome = OUTCOME_NO_MEMORY; /* a row of its own, though only parameters may be others */

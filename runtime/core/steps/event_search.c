@@ -287,14 +287,16 @@ enum outcome find_event(struct system *s, const struct method *method, const dou
 }
 
 /* Whether no kink of an effect is near in the step: each function stays farther above zero at all samples than what it changes by between any two of them, twice. So a dip between
- * two, as of a distance where a point flies past another, would have to be as deep as two of the largest changes that show. */
+ * two, as of a distance where a point flies past another, would have to be as deep as two of the largest changes that show. Samples lie where those of the search do, so that no period
+ * comes to all of them in the same phase. */
 static int is_far_from_kinks(struct search *search)
 {
     const int count = search->sampled_count;
     double *least = search->ends[0].value, *most = search->ends[0].rate, *before = search->ends[1].value,
            *now = search->ends[2].value;
     for (long k = 0; k <= search->interval_count; k++) {
-        watch_effects(search, (double)k / (double)search->interval_count, now);
+        const double whole = (double)search->interval_count, at = (double)k / whole;
+        watch_effects(search, k % 2 ? parted(at - 1.0 / whole, at + 1.0 / whole) : at, now);
         for (int i = 0; i < count; i++) {
             const double change = k ? fabs(now[i] - before[i]) : 0.0;
             least[i] = k ? fmin(least[i], now[i]) : now[i];
