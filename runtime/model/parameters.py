@@ -9,6 +9,12 @@ from typing import Any
 
 from ..faults import Faults, UnknownName
 
+GATES = {
+    "on": "an effect has one where an [[event]] of the scene names it in on or off, or [start] has it off",
+    "held": "a joint has one where a [[release]] or a [[hold]] of the scene names it",
+}
+"""Which parameters that switch something a model has, by the last word of their paths."""
+
 
 class Parameters(MutableMapping[str, float]):
     """Names are fixed, values are finite numbers in SI units, each within its domain: a mass stays positive.
@@ -109,6 +115,8 @@ class Parameters(MutableMapping[str, float]):
                 f"{name}: found a value that the scene gives over time ({self._over_time[name]}), expected a "
                 "parameter; write a number in its place in the scene, or names of [let] within it, and set that"
             )
+        if name not in self._values and (gate := str(name).rpartition(".")[2]) in GATES:
+            raise UnknownName(f"{name}: found no such parameter, expected one of the model; {GATES[gate]}")
         if name not in self._values:
             near = self._near(str(name))
             raise UnknownName(
@@ -140,6 +148,8 @@ class Parameters(MutableMapping[str, float]):
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)
+        if isinstance(value, bool) and name in self._gates:
+            return float(value)
         if isinstance(value, bool) or not isinstance(value, Real):
             raise ValueError(f"{name}: found {value!r}, expected a number")
         number = float(value)

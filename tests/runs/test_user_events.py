@@ -519,3 +519,20 @@ def test_wide_numbers_that_events_set_are_those_that_are_told(workshop: Workshop
     text = PENDULUM + '[[event]]\nwhen = "t - 0.5"\nset = { "gravity.g" = "10/3 + t/7" }\n'
     run = simulate(workshop.model(text, "wide"), until=2.0, rtol=1e-17)
     assert run.success and run.energy_drift < 3e-17
+
+
+def test_what_cannot_be_switched_says_what_the_scene_lacks(workshop: Workshop) -> None:
+    text = PENDULUM + '[[event]]\nname = "a"\nwhen = "t - 0.5"\n[[spring]]\nbetween = ["ground.O", "rod.B"]\n'
+    model = workshop.model(text + "stiffness = 1\nlength = 1\n")
+    for path, told in (
+        ("spring_0.on", "an [[event]] of the scene names it"),
+        ("pin.held", "a [[release]] or a [[hold]]"),
+    ):
+        run = simulate(model, on_event={"a": lambda event, path=path: {path: 0}})  # type: ignore[misc]
+        assert f"by the answer to a: {path}: found no such parameter" in run.message and told in run.message
+    model = workshop.model(HOOK.format(more="at = 5", height=-1.5).replace("[[hold]]", LATER + "[[hold]]"))
+    run = simulate(model, on_event={"later": lambda event: {"grip.held": True}})
+    assert [change.kind for change in run.changes] == ["hold"]
+
+
+LATER = '[[event]]\nname = "later"\nwhen = "t - 0.5"\n'

@@ -26,8 +26,9 @@ static const double FARTHEST_STATE = 10.0; /* the longest way from the beginning
 static const double CLEAR = 2.0; /* times as far from the place as what is interpolated the closure is taken as it is */
 static const double STEEPEST = 4.0; /* the longest tangent in the chart, for a branch that turns */
 enum { MOST_PIECES = 16 };          /* of a way in the chart along such a branch */
-static const double OFF_BRANCH =
-    0.01; /* what of velocities may lie across the branch that they tell, as part of what tells it */
+/* What of velocities may lie across the branch that they tell, as part of what tells it: more than a branch bends over the way on which they do, TELLS_TANGENTS, which is 6e-3 in
+ * floats; what lies on no branch has as much across as along. */
+static const double OFF_BRANCH = CCGEN_LIMIT(0.01, 0.1);
 
 int take_branch(struct arena *arena, const struct ccgen_model *m, struct branch *b)
 {
