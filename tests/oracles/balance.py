@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 """In each of the parts of an interval between two rows."""
-IDLE = {"Gravity", "Ground", "Touch", "OutlineTouch", "Stop", "Meshing", "Cam", "Journal", "Rope", "Input"}
-"""Effects that have no power, or whose power is that of their contacts or of weights."""
+IDLE = {"Gravity", "Ground", "Touch", "OutlineTouch", "Stop", "Meshing", "Cam", "Journal", "Rope", "Input", "Law"}
+"""Effects that have no power, as laws, by which others act, or whose power is that of their contacts or of weights."""
 
 
 @dataclass(frozen=True)
