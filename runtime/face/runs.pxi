@@ -108,19 +108,12 @@ cdef class Kernels(Differentiating):
         return np.asarray(value)[: self.m.event_values]
 
     def take_hold(self, const real[::1] q, const real[::1] u):
-        """The plastic impact by which all rows of the closure that are on come to have no rates: u (n,) behind it, what it takes of the energy (J), the impulses
-        of the joints (joints, 3) on their second links, and the outcome."""
+        """The plastic impact by which all rows of the closure that are on come to have no rates: u (n,) behind it, and the outcome."""
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
-        cdef real[::1] after = np.array(u), jump, P = zeros(2 * self.m.contacts + 1), reaction = zeros(3 * self.m.joints + 1)
-        cdef real[::1] before = zeros(2), behind = zeros(2)
+        cdef real[::1] after = np.array(u)
         cdef int outcome = project_velocity(&s, &q[0], &after[0])
-        self.m.energy(&self.k[0], &q[0], &u[0], &before[0])
-        self.m.energy(&self.k[0], &q[0], &after[0], &behind[0])
-        jump = np.asarray(after) - np.asarray(u)
-        if not outcome:
-            outcome = joint_impulses(&s, &q[0], &jump[0], &P[0], &reaction[0])
-        return np.asarray(after), before[0] - behind[0], np.asarray(reaction)[: 3 * self.m.joints].reshape(-1, 3), OUTCOMES[outcome]
+        return np.asarray(after), OUTCOMES[outcome]
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),

@@ -40,7 +40,7 @@ def take_hold(model: Model, moving: Moving, t: float, state: Drawn, arguments: F
     """
     moving = replace(moving, directions=directions_of(model, ("q", "u", *moving.arguments)))
     n = len(state.q)
-    after, _, _, outcome = model.kernels.take_hold(np.ascontiguousarray(state.q), np.ascontiguousarray(state.u))
+    after, outcome = model.kernels.take_hold(np.ascontiguousarray(state.q), np.ascontiguousarray(state.u))
     if outcome != "done":
         raise ValueError(f"{model.name}: found no impact by which a joint takes hold at t = {t:.9g} s")
     whole = np.vstack([state.moves, arguments])
